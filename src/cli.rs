@@ -1,0 +1,79 @@
+//! Command lines: parsing, the one place that prints messages, exit status.
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+
+use crate::filter::{self, Filter, Stage};
+use crate::notes::Notes;
+use crate::{Error, Result};
+
+/// A filter's whole program.
+pub fn main<F: Filter>() -> ExitCode {
+    let notes = Notes::default();
+    let args: Vec<OsString> = std::env::args_os().collect();
+    let stage = F::rewrite(args).map(|args| {
+        filter::command::<F>().try_get_matches_from(args).and_then(|m| Stage::from_matches::<F>(&m))
+    });
+    let stage = match stage {
+        Ok(Ok(stage)) => stage,
+        Ok(Err(e)) => return clap_exit(F::NAME, &e),
+        Err(e) => return exit(F::NAME, Err(e), &notes, false),
+    };
+    filter::prepare(&stage.run);
+    let quiet = stage.run.quiet;
+    let result = stage.run(None, &notes);
+    exit(F::NAME, result, &notes, quiet)
+}
+
+/// Prints notes or the error and gives the exit status: 0 done (or the reader went away), 1 data and I/O, 2 usage.
+pub fn exit(name: &str, result: Result<()>, notes: &Notes, quiet: bool) -> ExitCode {
+    match result {
+        Ok(()) => {
+            for note in notes.take().into_iter().filter(|_| !quiet) {
+                say(name, &note);
+            }
+            ExitCode::SUCCESS
+        }
+        Err(e) if e.is_closed_pipe() => ExitCode::SUCCESS,
+        Err(e) => {
+            say(name, &e.to_string());
+            ExitCode::from(e.exit_status())
+        }
+    }
+}
+
+/// One line on standard error; a closed standard error is nobody's loss.
+fn say(name: &str, message: &str) {
+    use std::io::Write;
+    let line: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let _ = writeln!(std::io::stderr(), "{name}: {line}");
+}
+
+/// Help and version go to standard output; anything else is one line and status 2.
+pub fn clap_exit(name: &str, e: &clap::Error) -> ExitCode {
+    if matches!(e.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+        let _ = e.print();
+        return ExitCode::SUCCESS;
+    }
+    exit(name, Err(Error::Usage(one_line(e))), &Notes::default(), false)
+}
+
+/// Clap's message without its usage block: what is wrong, and the hint if there is one.
+fn one_line(e: &clap::Error) -> String {
+    let rendered = e.to_string();
+    let text: Vec<&str> = rendered.lines().take_while(|l| !l.starts_with("Usage:") && !l.is_empty()).map(str::trim).collect();
+    let mut line = text.join(" ").trim_start_matches("error: ").to_string();
+    for (kind, hint) in [(ContextKind::SuggestedArg, "did you mean"), (ContextKind::SuggestedValue, "did you mean")] {
+        match e.get(kind) {
+            Some(ContextValue::String(s)) => line += &format!("; {hint} '{s}'?"),
+            Some(ContextValue::Strings(s)) if !s.is_empty() => line += &format!("; {hint} '{}'?", s.join("' or '")),
+            _ => {}
+        }
+    }
+    if matches!(e.kind(), ErrorKind::UnknownArgument | ErrorKind::MissingRequiredArgument) {
+        line += "; see --help";
+    }
+    line
+}

@@ -1,0 +1,4 @@
+//! Files for displays. One format, one file.
+
+pub mod png;
+pub mod srgb;

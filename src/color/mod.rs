@@ -1,0 +1,14 @@
+//! Colour: chromaticities, primaries, white-point adaptation, gamut mapping. Imports only [`crate::spectral`].
+
+pub mod adapt;
+pub mod gamut;
+pub mod matrix;
+pub mod rgb;
+pub mod white;
+pub mod xy;
+
+pub use adapt::Cat;
+pub use matrix::Mat3;
+pub use rgb::Primaries;
+pub use white::White;
+pub use xy::Xy;

@@ -1,0 +1,320 @@
+//! What a filter is: options, and a picture in, a picture or bytes out. The command line, the TOML stage, the man page, the
+//! history line and the shell line all come from the options' definition.
+
+use std::ffi::OsString;
+use std::marker::PhantomData;
+use std::path::PathBuf;
+
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::DeTable;
+
+use crate::notes::Notes;
+use crate::options::{FormatOptions, OutputOptions, ReadOptions, RunOptions, quote, words};
+use crate::stream::output::Output;
+use crate::stream::writer::{self, Format};
+use crate::stream::{Block, Header, Picture, header, meaning, picture, reader};
+use crate::{Result, parallel};
+
+/// One filter.
+pub trait Filter: Args + Serialize + DeserializeOwned + Default + Send + 'static {
+    /// Name of the program.
+    const NAME: &'static str;
+    /// One line: what it does.
+    const ABOUT: &'static str;
+    /// Shown below the help: one or more commands that work when pasted.
+    const EXAMPLE: &'static str;
+    /// Has options for reading a picture (a renderer has not).
+    const READS: bool = true;
+    /// Its picture may be written with `--format`.
+    const FORMATS: bool = true;
+    /// Leaves its line in the picture's history.
+    const SIGNS: bool = true;
+
+    /// Turns an older command line into today's, before it is parsed.
+    fn rewrite(args: Vec<OsString>) -> Result<Vec<OsString>> {
+        Ok(args)
+    }
+
+    /// Reads a picture with these options.
+    fn reads(&self) -> bool {
+        Self::READS
+    }
+
+    /// Begins the work. `input` is there exactly when [`Filter::reads`] is true.
+    fn start(self, input: Option<Box<dyn Picture>>, run: &Run) -> Result<Product>;
+}
+
+/// What a filter makes.
+pub enum Product {
+    /// A picture, to be written as a stream or handed to the next stage.
+    Picture(Box<dyn Picture>),
+    /// Bytes of a kind of its own.
+    Bytes {
+        /// Not for a terminal.
+        binary: bool,
+        /// Writes them all.
+        write: Writer,
+    },
+}
+
+/// Work that ends in bytes.
+pub type Writer = Box<dyn FnOnce(&mut Output) -> Result<()> + Send>;
+
+/// What surrounds the work.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// How to run.
+    pub options: RunOptions,
+    /// Remarks for standard error.
+    pub notes: Notes,
+    /// The filter's line for the history.
+    pub history: Vec<u8>,
+}
+
+/// A filter with its options settled, its type forgotten.
+pub struct Stage {
+    /// Name of the filter.
+    pub name: &'static str,
+    /// What to read.
+    pub read: ReadOptions,
+    /// Where to write.
+    pub output: Option<PathBuf>,
+    /// How to write a picture.
+    pub format: Format,
+    /// How to run.
+    pub run: RunOptions,
+    /// Needs a picture.
+    pub reads: bool,
+    signs: bool,
+    history: Vec<u8>,
+    words: Vec<String>,
+    start: Box<dyn FnOnce(Option<Box<dyn Picture>>, &Run) -> Result<Product> + Send>,
+}
+
+/// The command line of a filter.
+pub fn command<F: Filter>() -> Command {
+    let mut c = F::augment_args(Command::new(F::NAME));
+    if F::READS {
+        c = ReadOptions::augment_args(c);
+    }
+    c = OutputOptions::augment_args(c);
+    if F::FORMATS {
+        c = FormatOptions::augment_args(c);
+    }
+    dress(RunOptions::augment_args(c), F::ABOUT, F::EXAMPLE)
+}
+
+/// What every program's command line has: an example, `--help` and `--version` (no `-h`, which is `pcond`'s).
+pub fn dress(command: Command, about: &'static str, example: &str) -> Command {
+    let flag = |name, help, action| Arg::new(name).long(name).help(help).action(action).help_heading("Running");
+    command
+        .about(about)
+        .version(env!("CARGO_PKG_VERSION"))
+        .after_help(format!("Example:\n  {}", example.replace('\n', "\n  ")))
+        .disable_help_flag(true)
+        .disable_version_flag(true)
+        .arg(flag("help", "Print this help", ArgAction::Help))
+        .arg(flag("version", "Print the version", ArgAction::Version))
+}
+
+impl Stage {
+    /// From a parsed command line.
+    pub fn from_matches<F: Filter>(m: &ArgMatches) -> Result<Stage, clap::Error> {
+        let read = if F::READS { ReadOptions::from_arg_matches(m)? } else { ReadOptions::default() };
+        let format = if F::FORMATS { FormatOptions::from_arg_matches(m)? } else { FormatOptions::default() };
+        let output = OutputOptions::from_arg_matches(m)?.output;
+        Ok(Stage::new(F::from_arg_matches(m)?, read, output, format, RunOptions::from_arg_matches(m)?))
+    }
+
+    /// From options.
+    pub fn new<F: Filter>(
+        own: F,
+        read: ReadOptions,
+        output: Option<PathBuf>,
+        format: FormatOptions,
+        run: RunOptions,
+    ) -> Stage {
+        let reading = ReadOptions { input: None, ..read.clone() };
+        let list = |history| {
+            let mut list = words(&own, history);
+            if F::READS {
+                list.extend(words(&reading, history));
+            }
+            list.extend(words(&format, history));
+            list
+        };
+        let mut history = F::NAME.as_bytes().to_vec();
+        for word in list(true) {
+            history.push(b' ');
+            history.extend(escape(&quote(&word)));
+        }
+        let mut words = list(false);
+        words.extend(crate::options::words(&run, false));
+        Stage {
+            name: F::NAME,
+            read,
+            output,
+            format: format.format,
+            run,
+            reads: own.reads(),
+            signs: F::SIGNS,
+            history,
+            words,
+            start: Box::new(move |input, run| own.start(input, run)),
+        }
+    }
+
+    /// The command as a list of words; positionals last. `input` and `output` stand in place of the stage's own.
+    pub fn command_words(&self, input: Option<&str>, output: Option<&str>) -> Vec<String> {
+        let mut list = vec![self.name.to_string()];
+        list.extend(self.words.clone());
+        let read = input.or(if self.reads && output.is_some() { Some("-") } else { None });
+        // A file whose name begins with a dash is an option to nobody.
+        let file = |name: &str| if name.starts_with('-') && name != "-" { format!("./{name}") } else { name.to_string() };
+        list.extend(read.map(file));
+        list.extend(output.map(file));
+        list
+    }
+
+    /// Begins the work on `input`, or on what the stage itself names.
+    pub fn start(self, input: Option<Box<dyn Picture>>, notes: &Notes) -> Result<Product> {
+        let run = Run { options: self.run, notes: notes.clone(), history: self.history };
+        let input = match input {
+            _ if !self.reads => None,
+            Some(picture) => Some(Reheaded::passed_on(picture, &self.read)?),
+            None => {
+                let input = reader::Input::open(self.read.input.as_deref())?;
+                Some(reader::open(input, &self.read.overrides(), notes)?)
+            }
+        };
+        let signed = |picture: Box<dyn Picture>| -> Box<dyn Picture> {
+            let mut header = picture.header().clone();
+            header.lines.push(run.history.clone());
+            Box::new(Reheaded { header, factors: None, input: picture })
+        };
+        let input = if self.signs { input.map(signed) } else { input };
+        (self.start)(input, &run)
+    }
+
+    /// Does the whole work.
+    pub fn run(self, input: Option<Box<dyn Picture>>, notes: &Notes) -> Result<()> {
+        let (output, format) = (self.output.clone(), self.format);
+        finish(self.start(input, notes)?, output, format, notes)
+    }
+}
+
+/// Writes what a filter made where it belongs.
+pub fn finish(product: Product, output: Option<PathBuf>, format: Format, notes: &Notes) -> Result<()> {
+    match product {
+        Product::Picture(picture) => {
+            let mut out = Output::create(output.as_deref(), true)?;
+            writer::write(picture, format, &mut out, notes)?;
+            out.finish()
+        }
+        Product::Bytes { binary, write } => {
+            let mut out = Output::create(output.as_deref(), binary)?;
+            write(&mut out)?;
+            out.finish()
+        }
+    }
+}
+
+/// Control bytes as \xNN: a history line stays one line.
+fn escape(text: &str) -> Vec<u8> {
+    text.chars().flat_map(|c| if c.is_control() { format!("\\x{:02x}", c as u32) } else { c.to_string() }.into_bytes()).collect()
+}
+
+/// A picture under another header.
+struct Reheaded {
+    header: Header,
+    factors: Option<Vec<f32>>,
+    input: Box<dyn Picture>,
+}
+
+impl Reheaded {
+    /// What the next stage would see through a pipe: the header is written and read again, so that a fused chain and a
+    /// shell pipe cannot differ.
+    fn passed_on(picture: Box<dyn Picture>, read: &ReadOptions) -> Result<Box<dyn Picture>> {
+        let bytes = picture.header().to_bytes("float", &[]);
+        let settled = meaning::settle(header::read_raw(&mut bytes.as_slice())?, &read.overrides())?;
+        Ok(Box::new(Reheaded { header: settled.header, factors: settled.factors, input: picture }))
+    }
+}
+
+impl Picture for Reheaded {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn next(&mut self, block: &mut Block) -> Result<bool> {
+        let more = self.input.next(block)?;
+        if let Some(factors) = &self.factors {
+            picture::scale(&mut block.data, factors);
+        }
+        Ok(more)
+    }
+
+    fn rewind(&mut self) -> Result<bool> {
+        self.input.rewind()
+    }
+}
+
+/// A filter whose type does not matter, for lists.
+pub trait Any: Sync {
+    /// Name of the program.
+    fn name(&self) -> &'static str;
+    /// Its command line.
+    fn command(&self) -> Command;
+    /// From the keys of a stage's table: the long options letter for letter, `input` and `output` the positionals.
+    fn stage(&self, table: Spanned<DeTable<'_>>) -> Result<Stage, toml::de::Error>;
+}
+
+/// The [`Any`] of a filter.
+pub struct Entry<F>(PhantomData<fn() -> F>);
+
+impl<F> Entry<F> {
+    /// The one value there is.
+    pub const NEW: Self = Entry(PhantomData);
+}
+
+impl<F: Filter> Any for Entry<F> {
+    fn name(&self) -> &'static str {
+        F::NAME
+    }
+
+    fn command(&self) -> Command {
+        command::<F>()
+    }
+
+    fn stage(&self, table: Spanned<DeTable<'_>>) -> Result<Stage, toml::de::Error> {
+        let mut rest = table;
+        let read = if F::READS { take::<ReadOptions>(&mut rest)? } else { ReadOptions::default() };
+        let output = take::<OutputOptions>(&mut rest)?.output;
+        let format = if F::FORMATS { take::<FormatOptions>(&mut rest)? } else { FormatOptions::default() };
+        let run = take::<RunOptions>(&mut rest)?;
+        let own = F::deserialize(toml::de::Deserializer::from(rest))?;
+        Ok(Stage::new(own, read, output, format, run))
+    }
+}
+
+/// Takes the keys of `T` out of a table and makes a `T` of them.
+fn take<T: Args + DeserializeOwned>(table: &mut Spanned<DeTable<'_>>) -> Result<T, toml::de::Error> {
+    let command = T::augment_args(Command::new("keys"));
+    let keys: Vec<String> = command.get_arguments().map(|a| a.get_id().as_str().replace('_', "-")).collect();
+    let span = table.span();
+    let mut part = DeTable::new();
+    for key in &keys {
+        if let Some((key, value)) = table.get_mut().remove_entry(key.as_str()) {
+            part.insert(key, value);
+        }
+    }
+    T::deserialize(toml::de::Deserializer::from(Spanned::new(span, part)))
+}
+
+/// Sets up what is global to the process. Call once.
+pub fn prepare(run: &RunOptions) {
+    parallel::set_threads(run.threads);
+}

@@ -1,0 +1,38 @@
+//! The filters, one file each. A new one: its file here with one line in the list below, and its program in src/bin.
+
+mod pcond;
+mod picinfo;
+mod ra_png;
+mod ra_rgbe;
+mod spec2xyz;
+pub mod spectrace;
+mod vonkries;
+mod xyz2rgb;
+
+pub use pcond::Pcond;
+pub use picinfo::Picinfo;
+pub use ra_png::RaPng;
+pub use ra_rgbe::RaRgbe;
+pub use spec2xyz::Spec2xyz;
+pub use spectrace::Spectrace;
+pub use vonkries::Vonkries;
+pub use xyz2rgb::Xyz2rgb;
+
+use crate::filter::{Any, Entry};
+
+/// The filter of that name.
+pub fn named(name: &str) -> Option<&'static dyn Any> {
+    ALL.iter().copied().find(|f| f.name() == name)
+}
+
+/// Every filter that a pipeline can run: `luxpipe`, the man pages and the tests walk this list.
+pub static ALL: &[&dyn Any] = &[
+    &Entry::<Spectrace>::NEW,
+    &Entry::<Spec2xyz>::NEW,
+    &Entry::<Vonkries>::NEW,
+    &Entry::<Pcond>::NEW,
+    &Entry::<Xyz2rgb>::NEW,
+    &Entry::<RaPng>::NEW,
+    &Entry::<RaRgbe>::NEW,
+    &Entry::<Picinfo>::NEW,
+];

@@ -1,0 +1,65 @@
+//! ra_rgbe: a picture as Radiance RGBE or XYZE; -r goes back to floats.
+
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+use crate::clap_defaults;
+use crate::color::Primaries;
+use crate::color::gamut::Gamut;
+use crate::filter::{Filter, Product, Run};
+use crate::stream::output::Output;
+use crate::stream::{Picture, Units, tristimulus, writer};
+use crate::{Error, Result, invalid, usage};
+
+/// Options of `ra_rgbe`.
+#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct RaRgbe {
+    /// Write XYZE, which holds every visible colour
+    #[arg(long)]
+    pub xyze: bool,
+    /// Primaries for XYZ and spectra that become RGBE
+    #[arg(long, value_name = "PRIMARIES", default_value = "Radiance", conflicts_with = "xyze")]
+    pub to: Primaries,
+    /// Colours with negative components: 'clip' sets those to 0 as Radiance does, 'desaturate' keeps hue and luminance
+    #[arg(long, value_enum, value_name = "HOW", default_value = "clip")]
+    pub gamut: Gamut,
+    /// Record a display-referred picture all the same
+    #[arg(long)]
+    pub force: bool,
+    /// The other way: decode RGBE, XYZE or hyperspectral Radiance to floats
+    #[arg(short, long)]
+    pub reverse: bool,
+}
+clap_defaults!(RaRgbe);
+
+impl Filter for RaRgbe {
+    const NAME: &'static str = "ra_rgbe";
+    const ABOUT: &'static str = "Record a picture as Radiance RGBE or XYZE; -r decodes to a float stream";
+    const EXAMPLE: &'static str = "spectrace scenes/cornell.toml | ra_rgbe > cornell.hdr\nra_rgbe -r < cornell.hdr | picinfo";
+    const FORMATS: bool = false;
+
+    fn start(self, input: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
+        let input = input.ok_or_else(|| Error::Usage("expected a picture".into()))?;
+        if self.reverse {
+            return Ok(Product::Picture(input));
+        }
+        if input.header().units == Units::Display && !self.force {
+            return invalid!("the picture is display-referred; a master is recorded before tone mapping (--force records it)");
+        }
+        if self.gamut == Gamut::None {
+            return usage!("--gamut none: RGBE holds no negative component; choose clip or desaturate, or --xyze");
+        }
+        let (picture, format) = if self.xyze {
+            (tristimulus(input)?, "32-bit_rle_xyze")
+        } else {
+            let input = if input.header().ncomp == 3 { input } else { tristimulus(input)? };
+            (writer::to_rgb(input, self.to)?, "32-bit_rle_rgbe")
+        };
+        let (notes, desaturate) = (run.notes.clone(), self.gamut == Gamut::Desaturate && !self.xyze);
+        let write = Box::new(move |out: &mut Output| {
+            writer::write_shared_exponent(picture, format, desaturate, out, &notes)
+        });
+        Ok(Product::Bytes { binary: true, write })
+    }
+}

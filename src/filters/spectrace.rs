@@ -1,0 +1,116 @@
+//! spectrace: spectral radiance of a scene, Eq. (1) of [Ward 2001], by path tracing.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum, ValueHint};
+use serde::{Deserialize, Serialize};
+
+use crate::filter::{Filter, Product, Run};
+use crate::options::{Numbers, Range};
+use crate::render::picture::{Job, render};
+use crate::scene::load;
+use crate::spectral::Sampling;
+use crate::stream::Picture;
+use crate::{Error, Result, clap_defaults, usage};
+
+/// What a pixel holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[value(rename_all = "lowercase")]
+pub enum Quantity {
+    /// Tristimulus values in cd/m2, each lamp's spectrum at its finest folded in
+    Xyz,
+    /// Spectral radiance in W/sr/m2/nm
+    Spectrum,
+}
+
+/// Options of `spectrace`.
+#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Spectrace {
+    /// Scene to render (TOML)
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath, required = true)]
+    pub scene: Option<PathBuf>,
+    /// What a pixel holds (in a pipeline file: quantity)
+    #[arg(long, visible_alias = "output", value_enum, value_name = "WHAT", default_value = "xyz")]
+    pub quantity: Quantity,
+    /// Equal wavelength bins that paths carry
+    #[arg(long, value_name = "N", default_value_t = 80, conflicts_with = "wavelengths")]
+    pub bands: usize,
+    /// Points that paths carry instead, nm: 450,550,650
+    #[arg(long, value_name = "LIST")]
+    pub wavelengths: Option<Numbers>,
+    /// Wavelengths that count, nm
+    #[arg(long, value_name = "A:B", default_value = "380:780")]
+    pub range: Range,
+    /// Paths a pixel; powers of two share the pixel best
+    #[arg(long, value_name = "N", default_value_t = 64)]
+    pub samples: u32,
+    /// Most bounces; otherwise paths end by lot
+    #[arg(long, value_name = "N")]
+    pub max_bounces: Option<u32>,
+    /// Pixels across, in place of the scene's; the height follows unless given
+    #[arg(long, value_name = "PIXELS")]
+    pub width: Option<usize>,
+    /// Pixels down
+    #[arg(long, value_name = "PIXELS")]
+    pub height: Option<usize>,
+    /// Another seed gives other noise
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+    /// Render rows A to B (not included) only; the pixels are those of the whole picture
+    #[arg(long, value_name = "A:B", help_heading = "Running")]
+    pub rows: Option<Range>,
+}
+
+clap_defaults!(Spectrace);
+
+impl Spectrace {
+    fn job(&self, height: usize, run: &Run) -> Result<Job> {
+        let Range(from, to) = self.range;
+        if !(250.0..=2500.0).contains(&from) || !(250.0..=2500.0).contains(&to) {
+            return usage!("--range {}: wavelengths run from 250 to 2500 nm", self.range);
+        }
+        let sampling = match &self.wavelengths {
+            Some(nm) => Sampling::points(nm.0.clone()).map_err(|e| Error::Usage(format!("--wavelengths: {e}")))?,
+            None => Sampling::bins(from, to, self.bands).map_err(|e| Error::Usage(format!("--bands: {e}")))?,
+        };
+        let rows = match self.rows {
+            None => (0, height),
+            Some(Range(a, b)) if a >= 0.0 && b <= height as f64 && a.fract() == 0.0 && b.fract() == 0.0 => {
+                (a as usize, b as usize)
+            }
+            Some(r) => return usage!("--rows {r}: the picture has rows 0:{height}"),
+        };
+        Ok(Job {
+            sampling,
+            range_nm: (from, to),
+            spectrum: self.quantity == Quantity::Spectrum,
+            samples: self.samples,
+            seed: self.seed,
+            max_bounces: self.max_bounces.unwrap_or(u32::MAX),
+            rows,
+            progress: !run.options.quiet && std::io::stderr().is_terminal(),
+        })
+    }
+}
+
+impl Filter for Spectrace {
+    const NAME: &'static str = "spectrace";
+    const ABOUT: &'static str = "Render a scene to absolute XYZ or spectral radiance by path tracing (Eq. 1)";
+    const EXAMPLE: &'static str = "spectrace scenes/cornell.toml | vonkries --to D65 | pcond | xyz2rgb --gamut desaturate | ra_png > cornell.png";
+    const READS: bool = false;
+
+    fn start(self, _: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
+        let path = self.scene.as_ref().ok_or_else(|| Error::Usage("expected a scene file".into()))?;
+        let mut scene = load::load(path)?;
+        if [self.width, self.height].iter().flatten().any(|n| !(1..=1_000_000).contains(n)) || self.samples == 0 {
+            return usage!("--width, --height and --samples must be at least 1, sizes at most 1000000");
+        }
+        scene.camera = scene.camera.resized(self.width, self.height);
+        let mut job = self.job(scene.camera.height, run)?;
+        job.max_bounces = job.max_bounces.min(scene.max_bounces.unwrap_or(u32::MAX));
+        render(scene, &job, run.history.clone()).map(Product::Picture)
+    }
+}

@@ -1,0 +1,33 @@
+//! How many threads, and how rows are dealt to them.
+
+use std::sync::OnceLock;
+
+use rayon::prelude::*;
+
+static THREADS: OnceLock<usize> = OnceLock::new();
+
+/// Sets the number of threads for the whole process, before any work; 0 means all processors.
+pub fn set_threads(count: usize) {
+    let all = || std::thread::available_parallelism().map_or(1, |n| n.get());
+    let count = if count == 0 { all() } else { count };
+    if THREADS.set(count).is_ok() && count > 1 {
+        // Fails only when a pool exists already, which then serves as well.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(count).build_global();
+    }
+}
+
+/// The number of threads in use.
+pub fn threads() -> usize {
+    *THREADS.get_or_init(|| 1)
+}
+
+/// Runs `f` over consecutive pieces of `data`, each a multiple of `unit` long, on all threads. `f` gets the index of the
+/// piece's first unit.
+pub fn for_pieces(data: &mut [f32], unit: usize, f: impl Fn(usize, &mut [f32]) + Sync) {
+    let units = data.len() / unit;
+    if threads() == 1 || units < 2 {
+        return f(0, data);
+    }
+    let each = units.div_ceil(threads());
+    data.par_chunks_mut(each * unit).enumerate().for_each(|(i, piece)| f(i * each, piece));
+}

@@ -1,0 +1,111 @@
+//! Low-discrepancy points: Sobol's first two dimensions, Owen-scrambled by hashes, a fresh shuffle and scramble for every
+//! pair of dimensions [Burley 2020]. A pixel's points depend on its place, the seed and nothing else.
+
+/// The points of one sample of one pixel.
+#[derive(Clone, Debug)]
+pub struct Sampler {
+    seed: u32,
+    index: u32,
+    pair: u32,
+}
+
+impl Sampler {
+    /// Sample number `index` of the pixel at (x, y).
+    pub fn new(x: usize, y: usize, index: u32, seed: u32) -> Sampler {
+        let pixel = hash(hash(x as u32 ^ hash(seed)) ^ y as u32);
+        Sampler { seed: pixel, index, pair: 0 }
+    }
+
+    /// The next point of the unit square.
+    #[inline]
+    pub fn next2(&mut self) -> [f32; 2] {
+        let seed = hash(self.seed ^ hash(self.pair.wrapping_add(0x9e37_79b9)));
+        self.pair += 1;
+        let index = owen(self.index.reverse_bits(), seed).reverse_bits();
+        // Owen scrambling works from the most significant bit, so that reversed sequences cancel reversals.
+        [
+            unit(scramble(index, hash(seed ^ 0x68bc_21eb))),
+            unit(scramble(pascal(index), hash(seed ^ 0x02e5_be93))),
+        ]
+    }
+}
+
+/// Sobol's second dimension with its bits reversed: the Pascal matrix modulo 2, a sum over supersets of each bit index.
+fn pascal(mut x: u32) -> u32 {
+    x ^= (x >> 1) & 0x5555_5555;
+    x ^= (x >> 2) & 0x3333_3333;
+    x ^= (x >> 4) & 0x0f0f_0f0f;
+    x ^= (x >> 8) & 0x00ff_00ff;
+    x ^ ((x >> 16) & 0x0000_ffff)
+}
+
+/// Owen scrambling of a number whose bits stand reversed; returns it the right way round.
+fn scramble(reversed: u32, seed: u32) -> u32 {
+    laine_karras(reversed, seed).reverse_bits()
+}
+
+/// Owen scrambling of an ordinary number.
+fn owen(x: u32, seed: u32) -> u32 {
+    laine_karras(x.reverse_bits(), seed).reverse_bits()
+}
+
+/// Each bit is flipped by a hash of the bits below it.
+fn laine_karras(mut x: u32, seed: u32) -> u32 {
+    x = x.wrapping_add(seed);
+    x ^= x.wrapping_mul(0x6c50_b47c);
+    x ^= x.wrapping_mul(0xb82f_1e52);
+    x ^= x.wrapping_mul(0xc7af_e638);
+    x ^= x.wrapping_mul(0x8d22_f6e6);
+    x
+}
+
+/// A 32-bit mixer (lowbias32, Wellons 2018).
+fn hash(mut x: u32) -> u32 {
+    x ^= x >> 16;
+    x = x.wrapping_mul(0x7feb_352d);
+    x ^= x >> 15;
+    x = x.wrapping_mul(0x846c_a68b);
+    x ^ (x >> 16)
+}
+
+/// 24 bits to 0 <= u < 1.
+fn unit(x: u32) -> f32 {
+    (x >> 8) as f32 * (1.0 / (1 << 24) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every elementary interval of a (0, m, 2)-net holds exactly one point, whatever the scramble.
+    #[test]
+    fn each_pair_of_dimensions_is_a_net() {
+        for seed in 0..8 {
+            let mut samplers: Vec<Sampler> = (0..64).map(|i| Sampler::new(3, 5, i, seed)).collect();
+            for _pair in 0..6 {
+                let points: Vec<[f32; 2]> = samplers.iter_mut().map(Sampler::next2).collect();
+                for split in 0..=6 {
+                    let (nx, ny) = (1 << split, 64 >> split);
+                    let mut boxes = vec![0; 64];
+                    for p in &points {
+                        boxes[(p[0] * nx as f32) as usize * ny + (p[1] * ny as f32) as usize] += 1;
+                    }
+                    assert!(boxes.iter().all(|n| *n == 1), "seed {seed}, {nx} x {ny}: {boxes:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn pixels_and_pairs_are_independent() {
+        let n = 4096;
+        let mut sum = 0.0;
+        for i in 0..n {
+            let a = Sampler::new(i, 0, 0, 1).next2()[0];
+            let b = Sampler::new(i + 1, 0, 0, 1).next2()[0];
+            sum += f64::from((a - 0.5) * (b - 0.5));
+        }
+        // 12 x covariance of independent uniforms has a standard deviation of 1 / sqrt(n).
+        assert!((12.0 * sum / f64::from(n as u32)).abs() < 5.0 / f64::from(n as u32).sqrt());
+    }
+}

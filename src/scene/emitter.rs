@@ -1,0 +1,340 @@
+//! Shining surfaces and how to aim at them: rectangles, triangles and spheres by the solid angle they fill.
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3A};
+
+/// Below this solid angle (sr) the spherical formulas lose digits, and a point of the area is as good.
+const SMALL: f64 = 1e-5;
+
+/// A surface that shines to its front.
+#[derive(Clone, Debug)]
+pub struct Emitter {
+    /// Index of the light.
+    pub light: usize,
+    /// Its form.
+    pub shape: Shape,
+}
+
+/// Forms that can be aimed at.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// A corner and two sides at a right angle; the front is the side of `u` x `v`.
+    Rectangle {
+        /// Corner.
+        corner: DVec3,
+        /// One side.
+        u: DVec3,
+        /// The other.
+        v: DVec3,
+    },
+    /// The front is the side from which the corners run counter-clockwise.
+    Triangle([DVec3; 3]),
+    /// The front is outside, or inside where `inward`.
+    Sphere {
+        /// Centre.
+        center: DVec3,
+        /// Radius.
+        radius: f64,
+        /// Shines into itself.
+        inward: bool,
+    },
+}
+
+/// A place chosen on an emitter.
+#[derive(Clone, Copy, Debug)]
+pub struct Aim {
+    /// The place.
+    pub point: Vec3A,
+    /// The front's unit normal there.
+    pub normal: Vec3A,
+    /// Unit direction from where one stands.
+    pub direction: Vec3A,
+    /// Density of that direction, 1/sr.
+    pub pdf: f32,
+}
+
+impl Emitter {
+    /// Area in m2.
+    pub fn area_m2(&self) -> f64 {
+        match &self.shape {
+            Shape::Rectangle { u, v, .. } => u.cross(*v).length(),
+            Shape::Triangle([a, b, c]) => 0.5 * (*b - *a).cross(*c - *a).length(),
+            Shape::Sphere { radius, .. } => 4.0 * PI * radius * radius,
+        }
+    }
+
+    /// Chooses a place as seen from `from`; `None` where the front cannot be seen.
+    pub fn aim(&self, from: Vec3A, sample: [f32; 2]) -> Option<Aim> {
+        let from = from.as_dvec3();
+        let s = sample.map(f64::from);
+        let (point, normal, pdf) = match &self.shape {
+            Shape::Rectangle { corner, u, v } => {
+                let normal = u.cross(*v).normalize();
+                if normal.dot(from - *corner) <= 0.0 {
+                    return None;
+                }
+                let seen = SphericalRectangle::new(from, *corner, *u, *v);
+                if seen.solid_angle > SMALL {
+                    (seen.sample(s), normal, 1.0 / seen.solid_angle)
+                } else {
+                    let point = *corner + *u * s[0] + *v * s[1];
+                    (point, normal, area_pdf(from, point, normal, self.area_m2()))
+                }
+            }
+            Shape::Triangle(t) => {
+                let normal = (t[1] - t[0]).cross(t[2] - t[0]).normalize();
+                if normal.dot(from - t[0]) <= 0.0 {
+                    return None;
+                }
+                let seen = SphericalTriangle::new(from, t);
+                if seen.solid_angle > SMALL {
+                    (seen.sample(from, t[0], normal, s), normal, 1.0 / seen.solid_angle)
+                } else {
+                    let root = s[0].sqrt();
+                    let point = t[0] * (1.0 - root) + t[1] * (root * (1.0 - s[1])) + t[2] * (root * s[1]);
+                    (point, normal, area_pdf(from, point, normal, self.area_m2()))
+                }
+            }
+            Shape::Sphere { center, radius, inward } => aim_at_sphere(from, *center, *radius, *inward, s)?,
+        };
+        let direction = (point - from).normalize();
+        (pdf > 0.0 && pdf.is_finite() && direction.is_finite()).then(|| Aim {
+            point: point.as_vec3a(),
+            normal: normal.as_vec3a(),
+            direction: direction.as_vec3a(),
+            pdf: pdf as f32,
+        })
+    }
+
+    /// Density, 1/sr, with which [`Emitter::aim`] chooses the direction from `from` to `point` on this emitter.
+    pub fn pdf(&self, from: Vec3A, point: Vec3A, normal: Vec3A) -> f32 {
+        let from = from.as_dvec3();
+        let by_area = || area_pdf(from, point.as_dvec3(), normal.as_dvec3(), self.area_m2());
+        let by_angle = |angle: f64| if angle > SMALL { 1.0 / angle } else { by_area() };
+        let pdf = match &self.shape {
+            Shape::Rectangle { corner, u, v } => by_angle(SphericalRectangle::new(from, *corner, *u, *v).solid_angle),
+            Shape::Triangle(t) => by_angle(SphericalTriangle::new(from, t).solid_angle),
+            Shape::Sphere { center, radius, .. } => match cone(from, *center, *radius) {
+                Some(one_minus_cos) => 1.0 / (2.0 * PI * one_minus_cos),
+                None => by_area(),
+            },
+        };
+        pdf as f32
+    }
+}
+
+fn area_pdf(from: DVec3, point: DVec3, normal: DVec3, area: f64) -> f64 {
+    let d = point - from;
+    let squared = d.length_squared();
+    squared * squared.sqrt() / (d.dot(normal).abs() * area)
+}
+
+/// 1 - cos of the half angle of the cone in which a sphere is seen from outside; `None` from inside.
+fn cone(from: DVec3, center: DVec3, radius: f64) -> Option<f64> {
+    let squared = (center - from).length_squared();
+    let sin2 = radius * radius / squared;
+    // 1 - sqrt(1 - s) without cancellation for far, small spheres.
+    (squared > radius * radius * (1.0 + 1e-9)).then(|| sin2 / (1.0 + (1.0 - sin2).sqrt()))
+}
+
+fn aim_at_sphere(from: DVec3, center: DVec3, radius: f64, inward: bool, s: [f64; 2]) -> Option<(DVec3, DVec3, f64)> {
+    let phi = 2.0 * PI * s[1];
+    let Some(one_minus_cos) = cone(from, center, radius) else {
+        if !inward {
+            return None;
+        }
+        let z = 1.0 - 2.0 * s[0];
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        let out = DVec3::new(r * phi.cos(), r * phi.sin(), z);
+        let point = center + out * radius;
+        return Some((point, -out, area_pdf(from, point, out, 4.0 * PI * radius * radius)));
+    };
+    if inward {
+        return None; // from outside the front, within, lies behind the sphere's own back
+    }
+    let to_center = center - from;
+    let distance = to_center.length();
+    let axis = to_center / distance;
+    let cos = 1.0 - s[0] * one_minus_cos;
+    let sin2 = (s[0] * one_minus_cos * (2.0 - s[0] * one_minus_cos)).max(0.0);
+    let (t, b) = axis.any_orthonormal_pair();
+    let direction = axis * cos + (t * phi.cos() + b * phi.sin()) * sin2.sqrt();
+    let along = distance * cos - (radius * radius - distance * distance * sin2).max(0.0).sqrt();
+    let out = (from + direction * along - center).normalize();
+    Some((center + out * radius, out, 1.0 / (2.0 * PI * one_minus_cos)))
+}
+
+/// A rectangle as seen from a point [Urena 2013], its names.
+struct SphericalRectangle {
+    from: DVec3,
+    axes: [DVec3; 3],
+    x0: f64,
+    x1: f64,
+    y0: f64,
+    y1: f64,
+    z0: f64,
+    b0: f64,
+    b1: f64,
+    k: f64,
+    solid_angle: f64,
+}
+
+impl SphericalRectangle {
+    fn new(from: DVec3, corner: DVec3, u: DVec3, v: DVec3) -> Self {
+        let (x, y) = (u.normalize(), v.normalize());
+        let mut z = x.cross(y);
+        let d = corner - from;
+        let mut z0 = d.dot(z);
+        if z0 > 0.0 {
+            (z, z0) = (-z, -z0);
+        }
+        let (x0, y0) = (d.dot(x), d.dot(y));
+        let (x1, y1) = (x0 + u.length(), y0 + v.length());
+        // Components z of the normals of the four planes through the eye and a side.
+        let nz = |a0: f64, a1: f64, b: f64| {
+            let n = DVec3::new(a0, b, z0).cross(DVec3::new(a1, b, z0));
+            n.z / n.length()
+        };
+        let n0 = nz(x0, x1, y0);
+        let n1 = {
+            let n = DVec3::new(x1, y0, z0).cross(DVec3::new(x1, y1, z0));
+            n.z / n.length()
+        };
+        let n2 = nz(x1, x0, y1);
+        let n3 = {
+            let n = DVec3::new(x0, y1, z0).cross(DVec3::new(x0, y0, z0));
+            n.z / n.length()
+        };
+        let angle = |a: f64, b: f64| (-a * b).clamp(-1.0, 1.0).acos();
+        // The normals' x and y parts are at right angles for neighbours, so that only z enters the angles between them.
+        let (g0, g1, g2, g3) = (angle(n0, n1), angle(n1, n2), angle(n2, n3), angle(n3, n0));
+        let k = 2.0 * PI - g2 - g3;
+        SphericalRectangle { from, axes: [x, y, z], x0, x1, y0, y1, z0, b0: n0, b1: n2, k, solid_angle: g0 + g1 - k }
+    }
+
+    fn sample(&self, s: [f64; 2]) -> DVec3 {
+        let au = s[0] * self.solid_angle + self.k;
+        let fu = (au.cos() * self.b0 - self.b1) / au.sin();
+        let cu = (1f64.copysign(fu) / (fu * fu + self.b0 * self.b0).sqrt()).clamp(-1.0, 1.0);
+        let xu = (-(cu * self.z0) / (1.0 - cu * cu).max(1e-300).sqrt()).clamp(self.x0, self.x1);
+        let d = (xu * xu + self.z0 * self.z0).sqrt();
+        let h0 = self.y0 / (d * d + self.y0 * self.y0).sqrt();
+        let h1 = self.y1 / (d * d + self.y1 * self.y1).sqrt();
+        let h = h0 + s[1] * (h1 - h0);
+        let yv = if h * h < 1.0 - 1e-15 { h * d / (1.0 - h * h).sqrt() } else { self.y1 };
+        let [x, y, z] = self.axes;
+        self.from + x * xu + y * yv.clamp(self.y0, self.y1) + z * self.z0
+    }
+}
+
+/// A triangle as seen from a point [Arvo 1995], its names.
+struct SphericalTriangle {
+    corners: [DVec3; 3],
+    cos_alpha: f64,
+    sin_alpha: f64,
+    cos_c: f64,
+    alpha: f64,
+    solid_angle: f64,
+}
+
+impl SphericalTriangle {
+    fn new(from: DVec3, t: &[DVec3; 3]) -> Self {
+        let [a, b, c] = t.map(|p| (p - from).normalize());
+        let (ab, bc, ca) = (a.cross(b).normalize(), b.cross(c).normalize(), c.cross(a).normalize());
+        let between = |u: DVec3, v: DVec3| u.angle_between(-v);
+        let (alpha, beta, gamma) = (between(ab, ca), between(bc, ab), between(ca, bc));
+        let solid_angle = alpha + beta + gamma - PI;
+        let solid_angle = if solid_angle.is_finite() { solid_angle } else { 0.0 };
+        SphericalTriangle { corners: [a, b, c], cos_alpha: alpha.cos(), sin_alpha: alpha.sin(), cos_c: a.dot(b), alpha, solid_angle }
+    }
+
+    fn sample(&self, from: DVec3, on_plane: DVec3, normal: DVec3, s: [f64; 2]) -> DVec3 {
+        let [a, b, c] = self.corners;
+        let (sin_phi, cos_phi) = (s[0] * self.solid_angle - self.alpha).sin_cos();
+        let u = cos_phi - self.cos_alpha;
+        let v = sin_phi + self.sin_alpha * self.cos_c;
+        let numerator = (v * cos_phi - u * sin_phi) * self.cos_alpha - v;
+        let denominator = (v * sin_phi + u * cos_phi) * self.sin_alpha;
+        let cos_b = if denominator == 0.0 { 1.0 } else { (numerator / denominator).clamp(-1.0, 1.0) };
+        let across = (c - a * c.dot(a)).normalize_or_zero();
+        let c_new = a * cos_b + across * (1.0 - cos_b * cos_b).max(0.0).sqrt();
+        let z = 1.0 - s[1] * (1.0 - c_new.dot(b));
+        let toward = (c_new - b * c_new.dot(b)).normalize_or_zero();
+        let direction = b * z + toward * (1.0 - z * z).max(0.0).sqrt();
+        from + direction * (normal.dot(on_plane - from) / normal.dot(direction))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shapes() -> Vec<Emitter> {
+        let quad = Shape::Rectangle { corner: DVec3::new(-1.0, -1.0, 0.0), u: DVec3::new(2.0, 0.0, 0.0), v: DVec3::new(0.0, 3.0, 0.0) };
+        let triangle = Shape::Triangle([DVec3::new(-1.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 0.3), DVec3::new(0.0, 1.5, 0.0)]);
+        let ball = Shape::Sphere { center: DVec3::new(0.2, 0.0, 0.0), radius: 0.7, inward: false };
+        let room = Shape::Sphere { center: DVec3::ZERO, radius: 9.0, inward: true };
+        [quad, triangle, ball, room].into_iter().map(|shape| Emitter { light: 0, shape }).collect()
+    }
+
+    /// Irradiance from unit radiance by aiming equals the integral over a fine grid of the area.
+    #[test]
+    fn aiming_integrates_the_cosine_law() {
+        let normal = Vec3A::new(0.1, -0.2, -1.0).normalize();
+        for (i, emitter) in shapes().iter().enumerate() {
+            for from in [Vec3A::new(0.3, 0.2, 1.0), Vec3A::new(-1.5, 2.0, 3.0), Vec3A::new(0.9, -0.9, 0.8)] {
+                let n = 256;
+                let (mut sum, mut check, mut count) = (0.0, 0.0f64, 0.0);
+                for a in 0..n {
+                    for b in 0..n {
+                        let s = [(a as f32 + 0.5) / n as f32, (b as f32 + 0.5) / n as f32];
+                        let Some(aim) = emitter.aim(from, s) else { continue };
+                        let again = emitter.pdf(from, aim.point, aim.normal);
+                        assert!((aim.pdf / again - 1.0).abs() < 2e-3, "shape {i}: {} {again}", aim.pdf);
+                        assert!(aim.normal.dot(-aim.direction) > -1e-3, "shape {i} shows its back");
+                        sum += f64::from(normal.dot(aim.direction).max(0.0) / aim.pdf);
+                        // The mean of cos / distance^2 / pdf over directions is the area seen from the front.
+                        count += 1.0;
+                        let d = f64::from((aim.point - from).length_squared());
+                        check += d / f64::from(-aim.direction.dot(aim.normal)).max(1e-6) / f64::from(aim.pdf);
+                    }
+                }
+                let want = by_area(emitter, from, normal);
+                let got = sum / f64::from(n * n);
+                assert!((got - want).abs() < 4e-3 * want.max(0.05), "shape {i} from {from}: {got} for {want}");
+                if matches!(emitter.shape, Shape::Rectangle { .. } | Shape::Triangle(_)) {
+                    assert!((check / count / emitter.area_m2() - 1.0).abs() < 2e-2, "shape {i}: area {}", check / count);
+                }
+            }
+        }
+    }
+
+    fn by_area(emitter: &Emitter, from: Vec3A, normal: Vec3A) -> f64 {
+        let n = 1000;
+        let mut sum = 0.0;
+        for a in 0..n {
+            for b in 0..n {
+                let (s, t) = ((a as f64 + 0.5) / n as f64, (b as f64 + 0.5) / n as f64);
+                let (p, front) = match &emitter.shape {
+                    Shape::Rectangle { corner, u, v } => (*corner + *u * s + *v * t, u.cross(*v).normalize()),
+                    Shape::Triangle([p, q, r]) => {
+                        let root = s.sqrt();
+                        (*p * (1.0 - root) + *q * (root * (1.0 - t)) + *r * (root * t), (*q - *p).cross(*r - *p).normalize())
+                    }
+                    Shape::Sphere { center, radius, inward } => {
+                        let (z, phi) = (1.0 - 2.0 * s, 2.0 * PI * t);
+                        let r = (1.0 - z * z).sqrt();
+                        let out = DVec3::new(r * phi.cos(), r * phi.sin(), z);
+                        (*center + out * *radius, if *inward { -out } else { out })
+                    }
+                };
+                let d = p - from.as_dvec3();
+                let w = d.normalize();
+                let seen = (-w.dot(front)).max(0.0) * w.dot(normal.as_dvec3()).max(0.0) / d.length_squared();
+                sum += seen * emitter.area_m2() / f64::from(n * n);
+            }
+        }
+        sum
+    }
+}

@@ -1,0 +1,94 @@
+//! A spectrum as a scene names it: a number, a built-in table or a CSV file, inline pairs, a blackbody or daylight.
+
+use std::fmt;
+use std::path::Path;
+
+use serde::de::{Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
+use serde::Deserialize;
+
+use crate::spectral::{Spectrum, builtin, planck};
+use crate::{Error, Result};
+
+/// What the file says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SpectrumKey {
+    /// `0.78`
+    Constant(f64),
+    /// `"cornell_white"` or `"paint/red.csv"`
+    Named(String),
+    /// `[[400, 0.1], [700, 0.9]]`
+    Pairs(Vec<(f64, f64)>),
+    /// `{ blackbody = 2856 }`, kelvin
+    Blackbody(f64),
+    /// `{ daylight = 6504 }`, kelvin
+    Daylight(f64),
+}
+
+impl SpectrumKey {
+    /// The spectrum; files are looked for beside the scene.
+    pub fn resolve(self, folder: &Path) -> Result<Spectrum> {
+        match self {
+            SpectrumKey::Constant(c) if c.is_finite() => Ok(Spectrum::Constant(c)),
+            SpectrumKey::Constant(c) => Err(Error::Invalid(format!("{c} is not finite"))),
+            SpectrumKey::Pairs(points) => Spectrum::from_points(points),
+            SpectrumKey::Blackbody(kelvin) => planck::blackbody(kelvin),
+            SpectrumKey::Daylight(kelvin) => planck::daylight(kelvin),
+            SpectrumKey::Named(name) if name.to_ascii_lowercase().ends_with(".csv") => {
+                let path = folder.join(&name);
+                let text = std::fs::read_to_string(&path).map_err(|e| {
+                    Error::Invalid(format!("cannot read '{}': {e}", crate::error::printable(name.as_bytes())))
+                })?;
+                Spectrum::from_csv(&text).map_err(|e| e.within(&crate::error::printable(name.as_bytes())))
+            }
+            SpectrumKey::Named(name) => builtin::spectrum(&name),
+        }
+    }
+}
+
+struct KeyVisitor;
+
+impl<'de> Visitor<'de> for KeyVisitor {
+    type Value = SpectrumKey;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a number, the name of a built-in spectrum, a .csv file, [[nm, value], ...], { blackbody = K } or { daylight = K }")
+    }
+
+    fn visit_i64<E>(self, v: i64) -> Result<SpectrumKey, E> {
+        Ok(SpectrumKey::Constant(v as f64))
+    }
+
+    fn visit_f64<E>(self, v: f64) -> Result<SpectrumKey, E> {
+        Ok(SpectrumKey::Constant(v))
+    }
+
+    fn visit_str<E>(self, v: &str) -> Result<SpectrumKey, E> {
+        Ok(SpectrumKey::Named(v.to_string()))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<SpectrumKey, A::Error> {
+        let mut pairs = Vec::new();
+        while let Some([nm, value]) = seq.next_element::<[f64; 2]>()? {
+            pairs.push((nm, value));
+        }
+        Ok(SpectrumKey::Pairs(pairs))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<SpectrumKey, A::Error> {
+        let Some((key, kelvin)) = map.next_entry::<String, f64>()? else { return Err(A::Error::custom("empty table")) };
+        if map.next_key::<String>()?.is_some() {
+            return Err(A::Error::custom("expected one key"));
+        }
+        match key.as_str() {
+            "blackbody" => Ok(SpectrumKey::Blackbody(kelvin)),
+            "daylight" => Ok(SpectrumKey::Daylight(kelvin)),
+            _ => Err(A::Error::unknown_field("other", &["blackbody", "daylight"])),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for SpectrumKey {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        d.deserialize_any(KeyVisitor)
+    }
+}

@@ -1,0 +1,14 @@
+//! Run-time choice of the instruction set.
+//!
+//! The default build must be fast on AVX2 and AVX-512 without flags, so hot loops are compiled once for each and picked
+//! here. Rust never fuses a multiply with an add by itself: every choice gives the same bits.
+
+use std::sync::OnceLock;
+
+/// Runs `f` compiled for the widest instruction set this processor has. `f` and what it calls must be inlined
+/// (`#[inline(always)]`), or they stay compiled for the baseline.
+#[inline(always)]
+pub fn wide<R>(f: impl FnOnce() -> R) -> R {
+    static ARCH: OnceLock<pulp::Arch> = OnceLock::new();
+    ARCH.get_or_init(pulp::Arch::new).dispatch(f)
+}

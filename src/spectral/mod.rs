@@ -1,0 +1,11 @@
+//! Spectra: tables, observers, light sources and the sampling that carries them through a pipe.
+
+pub mod builtin;
+pub mod observer;
+pub mod planck;
+pub mod sampling;
+pub mod spectrum;
+
+pub use observer::Observer;
+pub use sampling::Sampling;
+pub use spectrum::Spectrum;

@@ -1,0 +1,129 @@
+//! A quantity over wavelength: piecewise linear between listed points and zero outside them, or one constant.
+
+use crate::{Result, invalid};
+
+/// A spectrum. Its unit is its owner's business: W/sr/m2/nm for radiance, 1 for reflectance.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Spectrum {
+    /// The same value at every wavelength.
+    Constant(f64),
+    /// (wavelength in nm, value), wavelengths strictly ascending, at least one point.
+    Table(Vec<(f64, f64)>),
+}
+
+impl Spectrum {
+    /// A table checked for order and finite numbers; names the offending entry.
+    pub fn from_points(points: Vec<(f64, f64)>) -> Result<Spectrum> {
+        if points.is_empty() {
+            return invalid!("a spectrum needs at least one point");
+        }
+        for (i, (nm, value)) in points.iter().enumerate() {
+            if !(*nm > 0.0 && nm.is_finite() && value.is_finite()) {
+                return invalid!("point {}: wavelength must be positive and both numbers finite, got {nm},{value}", i + 1);
+            }
+            if i > 0 && *nm <= points[i - 1].0 {
+                return invalid!("point {}: wavelengths must ascend, got {nm} after {}", i + 1, points[i - 1].0);
+            }
+        }
+        Ok(Spectrum::Table(points))
+    }
+
+    /// Two columns of CSV: comment lines from `#`, one optional line of column names, then wavelength_nm,value.
+    ///
+    /// ```
+    /// let s = luxpipe::spectral::Spectrum::from_csv("# test\nwavelength_nm,value\n400,0\n500,8\n").unwrap();
+    /// assert_eq!(s.at(450.0), 4.0);
+    /// ```
+    pub fn from_csv(text: &str) -> Result<Spectrum> {
+        let mut points = Vec::new();
+        let mut named = false;
+        for (n, line) in text.lines().enumerate() {
+            let line = line.trim();
+            if line.is_empty() || line.starts_with('#') {
+                continue;
+            }
+            let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+            let numbers: Option<Vec<f64>> = fields.iter().map(|f| f.parse().ok()).collect();
+            match numbers.as_deref() {
+                Some([nm, value]) => points.push((*nm, *value)),
+                None if points.is_empty() && !named => named = true,
+                _ => {
+                    let shown = crate::error::printable(line.as_bytes());
+                    return invalid!("line {}: expected 'wavelength_nm,value', got '{shown}'", n + 1);
+                }
+            }
+        }
+        Spectrum::from_points(points)
+    }
+
+    /// Value at a wavelength in nm.
+    pub fn at(&self, nm: f64) -> f64 {
+        match self {
+            Spectrum::Constant(c) => *c,
+            Spectrum::Table(p) => {
+                let above = p.partition_point(|q| q.0 < nm);
+                match (above.checked_sub(1).map(|i| p[i]), p.get(above)) {
+                    (_, Some(b)) if b.0 == nm => b.1,
+                    (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (nm - a.0) / (b.0 - a.0),
+                    _ => 0.0,
+                }
+            }
+        }
+    }
+
+    /// Exact integral over from_nm..to_nm, in value x nm.
+    ///
+    /// ```
+    /// # use luxpipe::spectral::Spectrum;
+    /// let ramp = Spectrum::from_points(vec![(400.0, 0.0), (700.0, 3.0)]).unwrap();
+    /// assert!((ramp.integral(600.0, 900.0) - 250.0).abs() < 1e-12);
+    /// ```
+    pub fn integral(&self, from_nm: f64, to_nm: f64) -> f64 {
+        match self {
+            Spectrum::Constant(c) => c * (to_nm - from_nm).max(0.0),
+            Spectrum::Table(p) => {
+                let first = p.partition_point(|q| q.0 <= from_nm).saturating_sub(1);
+                p[first..]
+                    .windows(2)
+                    .take_while(|w| w[0].0 < to_nm)
+                    .map(|w| {
+                        let (a, b) = (w[0].0.max(from_nm), w[1].0.min(to_nm));
+                        let line = |nm: f64| w[0].1 + (w[1].1 - w[0].1) * (nm - w[0].0) / (w[1].0 - w[0].0);
+                        if b > a { 0.5 * (line(a) + line(b)) * (b - a) } else { 0.0 }
+                    })
+                    .sum()
+            }
+        }
+    }
+
+    /// Mean over from_nm..to_nm (the part outside the table counts as zero).
+    pub fn mean(&self, from_nm: f64, to_nm: f64) -> f64 {
+        self.integral(from_nm, to_nm) / (to_nm - from_nm)
+    }
+
+    /// Every value times k.
+    pub fn scaled(&self, k: f64) -> Spectrum {
+        match self {
+            Spectrum::Constant(c) => Spectrum::Constant(c * k),
+            Spectrum::Table(p) => Spectrum::Table(p.iter().map(|(nm, v)| (*nm, v * k)).collect()),
+        }
+    }
+
+    /// Smallest and largest value.
+    pub fn range(&self) -> (f64, f64) {
+        match self {
+            Spectrum::Constant(c) => (*c, *c),
+            Spectrum::Table(p) => {
+                p.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), q| (lo.min(q.1), hi.max(q.1)))
+            }
+        }
+    }
+
+    /// First and last wavelength that the table lists; everything for a constant.
+    pub fn extent_nm(&self) -> (f64, f64) {
+        match self {
+            Spectrum::Constant(_) => (0.0, f64::INFINITY),
+            Spectrum::Table(p) => (p[0].0, p[p.len() - 1].0),
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Where a filter writes: standard output, or a file that appears whole or not at all.
+
+use std::fs::File;
+use std::io::{self, IsTerminal, Write};
+use std::os::fd::AsFd;
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::stream::reader::enlarge_pipe;
+use crate::{Error, Result, usage};
+
+/// A destination for bytes. Nothing is under a file's final name until [`Output::finish`].
+pub struct Output {
+    name: String,
+    target: Target,
+}
+
+enum Target {
+    /// Standard output, or an existing pipe or device.
+    Stream(File),
+    /// A regular file, written beside its final name.
+    File(Box<NamedTempFile>, PathBuf),
+}
+
+impl Output {
+    /// Opens a file, or standard output for `None` and `-`. Floats are not shown to a terminal: `binary` asks for the check.
+    pub fn create(path: Option<&Path>, binary: bool) -> Result<Output> {
+        let Some(path) = path.filter(|p| *p != Path::new("-")) else {
+            if binary && io::stdout().is_terminal() {
+                return usage!("standard output is a terminal; redirect it or name an output file");
+            }
+            let name = "standard output".to_string();
+            let file = io::stdout().as_fd().try_clone_to_owned().map_err(|e| Error::io(name.clone(), e))?;
+            let file = File::from(file);
+            enlarge_pipe(&file);
+            return Ok(Output { name, target: Target::Stream(file) });
+        };
+        let name = crate::error::printable(path.as_os_str().as_encoded_bytes());
+        let failed = |e| Error::io(name.clone(), e);
+        // A link is written through: what it points to is replaced, not the link.
+        let path = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        if path.metadata().is_ok_and(|m| !m.is_file()) {
+            let file = File::options().write(true).open(&path).map_err(failed)?;
+            return Ok(Output { name, target: Target::Stream(file) });
+        }
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".luxpipe-");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
+        }
+        let file = builder.tempfile_in(folder).map_err(failed)?;
+        Ok(Output { name, target: Target::File(Box::new(file), path) })
+    }
+
+    /// The last act of a filter: everything is written, checked, and the file gets its name.
+    pub fn finish(self) -> Result<()> {
+        match self.target {
+            Target::Stream(mut file) => file.flush().map_err(|e| Error::io(self.name, e)),
+            Target::File(mut file, path) => {
+                file.flush().map_err(|e| Error::io(self.name.clone(), e))?;
+                file.persist(path).map(drop).map_err(|e| Error::io(self.name, e.error))
+            }
+        }
+    }
+
+    /// An error of this destination.
+    pub fn error(&self, e: io::Error) -> Error {
+        Error::io(self.name.clone(), e)
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.target {
+            Target::Stream(file) => file.write(bytes),
+            Target::File(file, _) => file.as_file_mut().write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.target {
+            Target::Stream(file) => file.flush(),
+            Target::File(file, _) => file.as_file_mut().flush(),
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! Opening any picture that the filters read.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::os::fd::AsFd;
+use std::path::Path;
+
+use crate::notes::Notes;
+use crate::stream::meaning::{self, Coding, Meaning, Overrides};
+use crate::stream::{Block, Header, Picture, header, picture, rgbe};
+use crate::{Error, Result, invalid};
+
+/// A scanline of more floats (1 GiB) is refused: no input of sensible size could fill it.
+const LONGEST_SCANLINE: usize = 1 << 28;
+/// Floats are read at most this many at a time, so that memory grows with what arrives and not with what a header claims.
+const STEP: usize = 1 << 20;
+/// Buffer for headers and run-length codes; raw floats pass by it.
+const BUFFER: usize = 64 << 10;
+
+/// Where bytes come from.
+pub struct Input {
+    /// For messages: the file's name, or `standard input`.
+    pub name: String,
+    /// The bytes.
+    pub bytes: BufReader<File>,
+    /// A regular file: can be read again from `start`.
+    seekable: bool,
+}
+
+impl Input {
+    /// Opens a file, or standard input for `None` and `-`.
+    pub fn open(path: Option<&Path>) -> Result<Input> {
+        let path = path.filter(|p| *p != Path::new("-"));
+        let name = path.map_or("standard input".to_string(), |p| crate::error::printable(p.as_os_str().as_encoded_bytes()));
+        let failed = |e| Error::io(name.clone(), e);
+        let file = match path {
+            Some(p) => File::open(p).map_err(failed)?,
+            None => File::from(std::io::stdin().as_fd().try_clone_to_owned().map_err(failed)?),
+        };
+        let kind = file.metadata().map_err(failed)?.file_type();
+        if kind.is_dir() {
+            return invalid!("{name}: is a folder; expected a picture");
+        }
+        enlarge_pipe(&file);
+        Ok(Input { name, bytes: BufReader::with_capacity(BUFFER, file), seekable: kind.is_file() })
+    }
+}
+
+/// A pipe of 64 KiB makes its two ends take turns; 1 MiB lets them run side by side. Refused quietly on other files.
+pub fn enlarge_pipe(file: &impl AsFd) {
+    #[cfg(target_os = "linux")]
+    let _ = rustix::pipe::fcntl_setpipe_size(file, 1 << 20);
+    #[cfg(not(target_os = "linux"))]
+    let _ = file;
+}
+
+/// A picture being read.
+pub struct Reader {
+    input: Input,
+    header: Header,
+    coding: Coding,
+    factors: Option<Vec<f32>>,
+    decoder: rgbe::Decoder,
+    /// Byte position of the first pixel, for seekable input.
+    start: u64,
+    row: usize,
+    notes: Notes,
+}
+
+/// Reads a header and settles what the pixels mean. `notes` collects what had to be assumed.
+pub fn open(mut input: Input, overrides: &Overrides, notes: &Notes) -> Result<Box<dyn Picture>> {
+    let name = input.name.clone();
+    let settled = header::read_raw(&mut input.bytes).and_then(|raw| meaning::settle(raw, overrides));
+    let Meaning { header, coding, factors, notes: assumed } = settled.map_err(|e| e.within(&name))?;
+    if header.scanline_floats() > LONGEST_SCANLINE {
+        return invalid!("{name}: a scanline of {} floats is too long", header.scanline_floats());
+    }
+    for note in assumed {
+        notes.add(format!("{name}: {note}"));
+    }
+    let start = if input.seekable { input.bytes.stream_position().map_err(|e| Error::io(name, e))? } else { 0 };
+    let notes = notes.clone();
+    Ok(Box::new(Reader { input, header, coding, factors, decoder: Default::default(), start, row: 0, notes }))
+}
+
+impl Reader {
+    /// Fills `data` with `rows` scanlines; on failure says how many were whole.
+    fn read_rows(&mut self, rows: usize, data: &mut Vec<f32>) -> Result<(), (usize, Error)> {
+        let per_row = self.header.scanline_floats();
+        match self.coding {
+            Coding::Float(swap) => {
+                read_floats(&mut self.input.bytes, rows * per_row, data).map_err(|e| (data.len() / per_row, e))?;
+                if swap {
+                    data.iter_mut().for_each(|x| *x = f32::from_bits(x.to_bits().swap_bytes()));
+                }
+            }
+            Coding::Double(_) | Coding::Rgbe | Coding::Xyze | Coding::Spectra => {
+                data.clear();
+                for row in 0..rows {
+                    self.read_coded_row(data).map_err(|e| (row, e))?;
+                }
+            }
+        }
+        if let Some(factors) = self.factors.as_ref().filter(|_| matches!(self.coding, Coding::Float(_) | Coding::Double(_))) {
+            picture::scale(data, factors);
+        }
+        Ok(())
+    }
+
+    /// Appends one scanline.
+    fn read_coded_row(&mut self, data: &mut Vec<f32>) -> Result<()> {
+        let width = self.header.resolution.scanline_len();
+        let f = |i: usize| self.factors.as_ref().map_or(1.0, |f| f[i]);
+        let input = &mut self.input.bytes;
+        match self.coding {
+            Coding::Rgbe | Coding::Xyze => self.decoder.scanline(input, width, [f(0), f(1), f(2)], data),
+            Coding::Spectra => rgbe::spectral_scanline(input, width, self.header.ncomp, f(0), data),
+            Coding::Double(swap) => read_doubles(input, width * self.header.ncomp, swap, data),
+            Coding::Float(_) => Ok(()), // read in blocks
+        }
+    }
+
+    /// After the last row: anything left is worth a word.
+    fn check_end(&mut self) {
+        if self.input.bytes.fill_buf().is_ok_and(|rest| !rest.is_empty()) {
+            self.notes.add(format!("{}: bytes after the last row are ignored", self.input.name));
+        }
+    }
+}
+
+impl Picture for Reader {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn next(&mut self, block: &mut Block) -> Result<bool> {
+        let total = self.header.resolution.scanlines();
+        let left = total - self.row;
+        if left == 0 {
+            block.rows = 0;
+            block.data.clear();
+            return Ok(false);
+        }
+        let rows = picture::block_rows(&self.header, left);
+        if let Err((whole, error)) = self.read_rows(rows, &mut block.data) {
+            return Err(explain(error, self.row + whole + 1, total).within(&self.input.name));
+        }
+        block.rows = rows;
+        self.row += rows;
+        if self.row == total {
+            self.check_end();
+        }
+        Ok(true)
+    }
+
+    fn rewind(&mut self) -> Result<bool> {
+        if !self.input.seekable {
+            return Ok(false);
+        }
+        let name = &self.input.name;
+        self.input.bytes.seek(SeekFrom::Start(self.start)).map_err(|e| Error::io(name.clone(), e))?;
+        self.row = 0;
+        Ok(true)
+    }
+}
+
+/// An early end is a fact about the picture, not about the system.
+fn explain(error: Error, row: usize, total: usize) -> Error {
+    match error {
+        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::UnexpectedEof => {
+            Error::Invalid(format!("picture ends at row {row} of {total}"))
+        }
+        Error::Invalid(m) => Error::Invalid(format!("row {row}: {m}")),
+        other => other,
+    }
+}
+
+/// Fills `data` with `floats` native floats; on an early end `data` holds what came.
+fn read_floats(input: &mut BufReader<File>, floats: usize, data: &mut Vec<f32>) -> Result<()> {
+    if data.len() > floats {
+        data.truncate(floats);
+    }
+    let mut done = 0;
+    while done < floats {
+        let end = (done + STEP).min(floats);
+        if data.len() < end {
+            data.resize(end, 0.0);
+        }
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data[done..end]);
+        let mut filled = 0;
+        while filled < bytes.len() {
+            match input.read(&mut bytes[filled..]) {
+                Ok(0) => {
+                    data.truncate(done + filled / 4);
+                    return Err(Error::io("", std::io::ErrorKind::UnexpectedEof.into()));
+                }
+                Ok(n) => filled += n,
+                Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+                Err(e) => return Err(Error::io("", e)),
+            }
+        }
+        done = end;
+    }
+    Ok(())
+}
+
+fn read_doubles(input: &mut BufReader<File>, floats: usize, swap: bool, data: &mut Vec<f32>) -> Result<()> {
+    for _ in 0..floats {
+        let mut bytes = [0; 8];
+        input.read_exact(&mut bytes).map_err(|e| Error::io("", e))?;
+        let value = f64::from_ne_bytes(bytes);
+        data.push(if swap { f64::from_bits(value.to_bits().swap_bytes()) } else { value } as f32);
+    }
+    Ok(())
+}

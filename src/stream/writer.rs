@@ -1,0 +1,160 @@
+//! Writing a picture as a stream: raw floats, or Radiance's RGBE and XYZE.
+
+use std::io::Write;
+
+use clap::ValueEnum;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::color::Primaries;
+use crate::color::gamut::{self, Limit};
+use crate::color::matrix;
+use crate::notes::Notes;
+use crate::parallel;
+use crate::stream::output::Output;
+use crate::stream::picture;
+use crate::stream::rgbe::{self, Losses};
+use crate::stream::{Block, Components, Header, Picture, Units};
+use crate::units::RADIANCE_EFFICACY;
+use crate::{Error, Result, usage};
+
+/// How a picture filter writes its result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[value(rename_all = "lowercase")]
+pub enum Format {
+    /// Raw 32-bit floats, what the filters pass to each other
+    #[default]
+    Float,
+    /// Radiance RGBE, for Radiance's own tools
+    Rgbe,
+    /// Radiance XYZE
+    Xyze,
+}
+
+/// Writes a picture to its end in the given format. Does not finish the output.
+pub fn write(mut picture: Box<dyn Picture>, format: Format, out: &mut Output, notes: &Notes) -> Result<()> {
+    match format {
+        Format::Float => {
+            let mut block = Block::default();
+            // Rows first: a stream whose first row is damaged leaves nothing behind.
+            let mut more = picture.next(&mut block)?;
+            out.write_all(&picture.header().to_bytes("float", &[])).map_err(|e| out.error(e))?;
+            while more {
+                out.write_all(bytemuck::cast_slice(&block.data)).map_err(|e| out.error(e))?;
+                more = picture.next(&mut block)?;
+            }
+            Ok(())
+        }
+        Format::Rgbe => write_shared_exponent(to_rgb(picture, Primaries::RADIANCE)?, "32-bit_rle_rgbe", false, out, notes),
+        Format::Xyze => write_shared_exponent(to_xyz(picture)?, "32-bit_rle_xyze", false, out, notes),
+    }
+}
+
+/// The picture as RGB: untouched if it is that, by the matrix of `primaries` from XYZ.
+pub fn to_rgb(picture: Box<dyn Picture>, primaries: Primaries) -> Result<Box<dyn Picture>> {
+    match picture.header().components {
+        Components::Rgb => Ok(picture),
+        Components::Xyz => {
+            let m = primaries.from_xyz().ok_or_else(|| Error::Invalid("primaries span no area".into()))?.to_f32();
+            let mut header = picture.header().clone();
+            header.become_tristimulus(Components::Rgb, header.units);
+            header.primaries = Some(primaries);
+            Ok(picture::map(picture, header, move |pixels| matrix::multiply_rows(&m, pixels)))
+        }
+        other => usage!("RGBE holds RGB, not {other}; run spec2xyz first"),
+    }
+}
+
+/// The picture as XYZ: untouched if it is that, by the matrix of its primaries from RGB.
+pub fn to_xyz(picture: Box<dyn Picture>) -> Result<Box<dyn Picture>> {
+    match picture.header().components {
+        Components::Xyz => Ok(picture),
+        Components::Rgb => {
+            let mut header = picture.header().clone();
+            let primaries = header.primaries.unwrap_or(Primaries::RADIANCE);
+            let m = primaries.to_xyz().ok_or_else(|| Error::Invalid("primaries span no area".into()))?.to_f32();
+            header.become_tristimulus(Components::Xyz, header.units);
+            Ok(picture::map(picture, header, move |pixels| matrix::multiply_rows(&m, pixels)))
+        }
+        other => usage!("expected XYZ or RGB, got {other}; run spec2xyz first"),
+    }
+}
+
+/// Writes RGB as RGBE or XYZ as XYZE. `desaturate` moves colours with negative components to the grey of their luminance;
+/// otherwise negatives become 0, as Radiance has it.
+///
+/// RGBE holds W/sr/m2, so cd/m2 are divided by 179; XYZE holds cd/m2 / 179 and says so with `EXPOSURE=5.5866e-03`.
+pub fn write_shared_exponent(
+    mut picture: Box<dyn Picture>,
+    format: &str,
+    desaturate: bool,
+    out: &mut Output,
+    notes: &Notes,
+) -> Result<()> {
+    let header = picture.header().clone();
+    let display = header.units == Units::Display;
+    let factor = if display { 1.0 } else { (1.0 / RADIANCE_EFFICACY) as f32 };
+    let exposure = (format.ends_with("xyze") && !display).then(|| "EXPOSURE=5.5866e-03".to_string());
+    let y_row = luminance_row(&header);
+    let width = header.resolution.scanline_len();
+    let encode = |line: &mut [f32]| {
+        if desaturate {
+            matrix::for_planes(line, #[inline(always)] |p| gamut::desaturate(p, &y_row, Limit::Positive));
+        }
+        let mut losses = Losses::default();
+        let pixels: Vec<[u8; 4]> = line
+            .chunks_exact(3)
+            .map(|c| rgbe::encode_pixel([c[0] * factor, c[1] * factor, c[2] * factor], &mut losses))
+            .collect();
+        let mut bytes = Vec::with_capacity(4 * width);
+        rgbe::encode_scanline(&pixels, &mut bytes);
+        (bytes, losses)
+    };
+    let mut block = Block::default();
+    let mut more = picture.next(&mut block)?;
+    out.write_all(&header.to_bytes(format, exposure.as_slice())).map_err(|e| out.error(e))?;
+    let mut losses = Losses::default();
+    while more {
+        let lines: Vec<(Vec<u8>, Losses)> = if parallel::threads() > 1 {
+            block.data.par_chunks_mut(3 * width).map(encode).collect()
+        } else {
+            block.data.chunks_mut(3 * width).map(encode).collect()
+        };
+        for (bytes, lost) in lines {
+            out.write_all(&bytes).map_err(|e| out.error(e))?;
+            losses.add(lost);
+        }
+        more = picture.next(&mut block)?;
+    }
+    report(losses, &header, notes);
+    Ok(())
+}
+
+/// Luminance of RGB components, or the Y of XYZ.
+fn luminance_row(header: &Header) -> [f32; 3] {
+    match (header.components, header.primaries.and_then(|p| p.to_xyz())) {
+        (Components::Rgb, Some(m)) => m.0[1].map(|x| x as f32),
+        _ => [0.0, 1.0, 0.0],
+    }
+}
+
+/// One line for all that the encoding could not hold.
+fn report(losses: Losses, header: &Header, notes: &Notes) {
+    let Losses { negative, nan, overflow } = losses;
+    let mut parts = Vec::new();
+    if negative > 0 {
+        parts.push(format!("{negative} pixels with a negative component set to 0"));
+    }
+    if nan > 0 {
+        parts.push(format!("{nan} with NaN set to 0"));
+    }
+    if overflow > 0 {
+        parts.push(format!("{overflow} too large set to the largest value"));
+    }
+    if !parts.is_empty() {
+        let total = header.resolution.width as u64 * header.resolution.height as u64;
+        let hint = if header.components == Components::Rgb && negative > 0 { "; XYZE would hold every visible colour" } else { "" };
+        notes.add(format!("of {total} pixels {}{hint}", parts.join(", ")));
+    }
+}

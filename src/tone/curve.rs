@@ -1,0 +1,114 @@
+//! A tone curve: display luminance as a function of world luminance, and its application to pixels.
+
+use crate::tone::histogram::Display;
+
+/// Table steps an octave for pixels: the interpolation error of the factor stays under 1e-5.
+const STEPS_LOG2: u32 = 7;
+
+/// A rising curve from world to display luminance. Between its points ln Ld is linear in ln Lw; beyond them it goes on at
+/// slope 1 until it meets the display's black or white.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// (ln Lw, ln Ld), both in cd/m2, ascending; at least one.
+    points: Vec<(f64, f64)>,
+    display: Display,
+}
+
+impl Curve {
+    /// From points that ascend in both coordinates.
+    pub fn new(points: Vec<(f64, f64)>, display: Display) -> Curve {
+        Curve { points, display }
+    }
+
+    /// Ld = factor x Lw.
+    pub fn linear(factor: f64, display: Display) -> Curve {
+        Curve { points: vec![(0.0, factor.ln())], display }
+    }
+
+    /// Display luminance in cd/m2 for a world luminance in cd/m2, between the display's black and white.
+    pub fn at(&self, luminance_cd_m2: f64) -> f64 {
+        if luminance_cd_m2.is_nan() || luminance_cd_m2 <= 0.0 {
+            return self.display.min_cd_m2;
+        }
+        let x = luminance_cd_m2.ln();
+        let p = &self.points;
+        let above = p.partition_point(|q| q.0 < x);
+        let y = match (above.checked_sub(1).map(|i| p[i]), p.get(above)) {
+            (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (x - a.0) / (b.0 - a.0),
+            (None, Some(b)) => b.1 + (x - b.0),
+            (Some(a), None) => a.1 + (x - a.0),
+            (None, None) => x,
+        };
+        y.exp().clamp(self.display.min_cd_m2, self.display.max_cd_m2)
+    }
+
+    /// Share of the display's range, 0 black to 1 white, for a world luminance.
+    pub fn share(&self, luminance_cd_m2: f64) -> f64 {
+        let Display { max_cd_m2, min_cd_m2 } = self.display;
+        (self.at(luminance_cd_m2) - min_cd_m2) / (max_cd_m2 - min_cd_m2)
+    }
+
+    /// `count` pairs (Lw, Ld) evenly spaced in ln Lw over the given range.
+    pub fn sampled(&self, range_cd_m2: (f64, f64), count: usize) -> Vec<(f64, f64)> {
+        let (low, high) = (range_cd_m2.0.ln(), range_cd_m2.1.ln());
+        let at = |i: usize| (low + (high - low) * i as f64 / (count - 1).max(1) as f64).exp();
+        (0..count).map(|i| (at(i), self.at(at(i)))).collect()
+    }
+
+    /// The curve as a table for pixels.
+    pub fn table(&self) -> Table {
+        let steps = 1usize << STEPS_LOG2;
+        let factor = |bits: u32| {
+            let l = f64::from(f32::from_bits(bits));
+            (self.share(l) / l) as f32
+        };
+        let mut entries = Vec::with_capacity(254 * steps);
+        for i in 0..254 * steps as u32 {
+            let bits = (1 << 23) + (i << (23 - STEPS_LOG2));
+            let (a, b) = (factor(bits), factor(bits + (1 << (23 - STEPS_LOG2)) - 1));
+            entries.push([a, b - a]);
+        }
+        Table { entries }
+    }
+}
+
+/// Factors from world to display values, indexed by the leading bits of the luminance.
+pub struct Table {
+    entries: Vec<[f32; 2]>,
+}
+
+impl Table {
+    /// The factor that takes a pixel of this luminance to the display's 0..1; 0 where the luminance is not positive.
+    #[inline(always)]
+    pub fn factor(&self, luminance_cd_m2: f32) -> f32 {
+        let bits = luminance_cd_m2.to_bits();
+        let index = (bits >> (23 - STEPS_LOG2)).wrapping_sub(1 << STEPS_LOG2) as usize;
+        // Subnormal, negative, infinite and NaN luminances all fall outside.
+        let Some([factor, slope]) = self.entries.get(index) else { return 0.0 };
+        let low = bits & ((1 << (23 - STEPS_LOG2)) - 1);
+        factor + slope * (low as f32 * (1.0 / (1u32 << (23 - STEPS_LOG2)) as f32))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_agrees_with_the_curve() {
+        let display = Display { max_cd_m2: 100.0, min_cd_m2: 1.0 };
+        let points = (0..=20).map(|i| (f64::from(i) - 5.0, 0.23 * f64::from(i))).collect();
+        let curve = Curve::new(points, display);
+        let table = curve.table();
+        let mut l = 1e-2f32;
+        while l < 1e6 {
+            let want = curve.share(f64::from(l));
+            let got = f64::from(table.factor(l) * l);
+            assert!((got - want).abs() < 2e-4 * want + 1e-6, "{l}: {got} {want}");
+            l *= 1.013;
+        }
+        for l in [0.0, -1.0, f32::NAN, f32::INFINITY, 1e-40] {
+            assert_eq!(table.factor(l), 0.0);
+        }
+    }
+}
