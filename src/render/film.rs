@@ -197,12 +197,12 @@ mod tests {
             let lamp = builtin::spectrum(name).unwrap();
             let want = observer.integrate(&lamp).map(|v| v * K_M);
             for sampling in [
-                Sampling::bins(380.0, 780.0, 16).unwrap(),
-                Sampling::bins(380.0, 780.0, 80).unwrap(),
+                Sampling::bins(360.0, 830.0, 16).unwrap(),
+                Sampling::bins(360.0, 830.0, 80).unwrap(),
                 Sampling::points(vec![450.0, 550.0, 650.0]).unwrap(),
                 Sampling::points(vec![650.0, 550.0]).unwrap(),
             ] {
-                let rows = light_weights(&lamp, &sampling, (380.0, 780.0), &observer).unwrap();
+                let rows = light_weights(&lamp, &sampling, (360.0, 830.0), &observer).unwrap();
                 for (row, want) in rows.iter().zip(want) {
                     let got: f64 = row.iter().sum();
                     assert!((got / want - 1.0).abs() < 2e-4, "{name} {sampling:?}: {got} for {want}");

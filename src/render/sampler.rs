@@ -21,8 +21,8 @@ impl Sampler {
     pub fn next2(&mut self) -> [f32; 2] {
         let seed = hash(self.seed ^ hash(self.pair.wrapping_add(0x9e37_79b9)));
         self.pair += 1;
-        let index = owen(self.index.reverse_bits(), seed).reverse_bits();
-        // Owen scrambling works from the most significant bit, so that reversed sequences cancel reversals.
+        // Scrambling the index shuffles the sequence and leaves every aligned run of 2^m points a net.
+        let index = owen(self.index, seed);
         [
             unit(scramble(index, hash(seed ^ 0x68bc_21eb))),
             unit(scramble(pascal(index), hash(seed ^ 0x02e5_be93))),
