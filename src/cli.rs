@@ -13,9 +13,8 @@ use crate::{Error, Result};
 pub fn main<F: Filter>() -> ExitCode {
     let notes = Notes::default();
     let args: Vec<OsString> = std::env::args_os().collect();
-    let stage = F::rewrite(args).map(|args| {
-        filter::command::<F>().try_get_matches_from(args).and_then(|m| Stage::from_matches::<F>(&m))
-    });
+    let stage = F::rewrite(args)
+        .map(|args| filter::command::<F>().try_get_matches_from(args).and_then(|m| Stage::from_matches::<F>(&m)));
     let stage = match stage {
         Ok(Ok(stage)) => stage,
         Ok(Err(e)) => return clap_exit(F::NAME, &e),
@@ -63,7 +62,8 @@ pub fn clap_exit(name: &str, e: &clap::Error) -> ExitCode {
 /// Clap's message without its usage block: what is wrong, and the hint if there is one.
 fn one_line(e: &clap::Error) -> String {
     let rendered = e.to_string();
-    let text: Vec<&str> = rendered.lines().take_while(|l| !l.starts_with("Usage:") && !l.is_empty()).map(str::trim).collect();
+    let text: Vec<&str> =
+        rendered.lines().take_while(|l| !l.starts_with("Usage:") && !l.is_empty()).map(str::trim).collect();
     let mut line = text.join(" ").trim_start_matches("error: ").to_string();
     for (kind, hint) in [(ContextKind::SuggestedArg, "did you mean"), (ContextKind::SuggestedValue, "did you mean")] {
         match e.get(kind) {

@@ -74,6 +74,8 @@ pub struct Run {
     pub history: Vec<u8>,
 }
 
+type Start = Box<dyn FnOnce(Option<Box<dyn Picture>>, &Run) -> Result<Product> + Send>;
+
 /// A filter with its options settled, its type forgotten.
 pub struct Stage {
     /// Name of the filter.
@@ -91,7 +93,7 @@ pub struct Stage {
     signs: bool,
     history: Vec<u8>,
     words: Vec<String>,
-    start: Box<dyn FnOnce(Option<Box<dyn Picture>>, &Run) -> Result<Product> + Send>,
+    start: Start,
 }
 
 /// The command line of a filter.
@@ -173,7 +175,8 @@ impl Stage {
         list.extend(self.words.clone());
         let read = input.or(if self.reads && output.is_some() { Some("-") } else { None });
         // A file whose name begins with a dash is an option to nobody.
-        let file = |name: &str| if name.starts_with('-') && name != "-" { format!("./{name}") } else { name.to_string() };
+        let file =
+            |name: &str| if name.starts_with('-') && name != "-" { format!("./{name}") } else { name.to_string() };
         list.extend(read.map(file));
         list.extend(output.map(file));
         list
@@ -224,7 +227,9 @@ pub fn finish(product: Product, output: Option<PathBuf>, format: Format, notes: 
 
 /// Control bytes as \xNN: a history line stays one line.
 fn escape(text: &str) -> Vec<u8> {
-    text.chars().flat_map(|c| if c.is_control() { format!("\\x{:02x}", c as u32) } else { c.to_string() }.into_bytes()).collect()
+    text.chars()
+        .flat_map(|c| if c.is_control() { format!("\\x{:02x}", c as u32) } else { c.to_string() }.into_bytes())
+        .collect()
 }
 
 /// A picture under another header.

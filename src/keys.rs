@@ -122,7 +122,9 @@ impl<'a> Keys<'a> {
     fn enter(&self, what: &str, value: Value<'a>) -> Result<Keys<'a>> {
         let span = value.span();
         match value.into_inner() {
-            DeValue::Table(table) => Ok(Keys { text: self.text, what: what.to_string(), span, table, known: Vec::new() }),
+            DeValue::Table(table) => {
+                Ok(Keys { text: self.text, what: what.to_string(), span, table, known: Vec::new() })
+            }
             other => {
                 Err(located(self.text, Some(span), &format!("{what}: expected a table, got {}", other.type_str())))
             }

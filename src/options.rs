@@ -180,7 +180,8 @@ pub struct Numbers(pub Vec<f64>);
 impl FromStr for Numbers {
     type Err = Error;
     fn from_str(s: &str) -> Result<Numbers> {
-        let numbers: Option<Vec<f64>> = s.split(',').map(|t| t.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+        let numbers: Option<Vec<f64>> =
+            s.split(',').map(|t| t.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
         numbers.map(Numbers).ok_or_else(|| Error::Invalid("expected numbers separated by commas".into()))
     }
 }
@@ -270,5 +271,9 @@ fn push_words(arg: &Arg, value: &toml::Value, history: bool, words: &mut Vec<Str
 /// ```
 pub fn quote(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-+=./:,@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) { word.to_string() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_string()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
 }

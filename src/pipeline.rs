@@ -75,7 +75,11 @@ impl Pipeline {
                 ("stage", _) => return Err(located(text, Some(span), "stages are written [[stage]]")),
                 (other, _) => {
                     let other = crate::error::printable(other.as_bytes());
-                    return Err(located(text, Some(span), &format!("unknown key '{other}', expected name or [[stage]]")));
+                    return Err(located(
+                        text,
+                        Some(span),
+                        &format!("unknown key '{other}', expected name or [[stage]]"),
+                    ));
                 }
             }
         }
@@ -99,7 +103,9 @@ impl Pipeline {
             match product {
                 product if i == last => return filter::finish(product, output, format, notes),
                 Product::Picture(p) => picture = Some(p),
-                Product::Bytes { .. } => return invalid!("{name} makes no picture; only the last stage may end the stream"),
+                Product::Bytes { .. } => {
+                    return invalid!("{name} makes no picture; only the last stage may end the stream");
+                }
             }
         }
         Ok(())
@@ -208,7 +214,10 @@ fn saver(path: &Path) -> Result<Option<Stage>> {
         "hdr" | "pic" | "rgbe" => filters::RaRgbe::default(),
         "xyze" => filters::RaRgbe { xyze: true, ..Default::default() },
         _ => {
-            return invalid!("cannot save '{}': known suffixes are .hdr, .pic, .rgbe, .xyze and .lux (float stream)", path.display());
+            return invalid!(
+                "cannot save '{}': known suffixes are .hdr, .pic, .rgbe, .xyze and .lux (float stream)",
+                path.display()
+            );
         }
     };
     Ok(Some(Stage::new(options, Default::default(), Some(path.to_path_buf()), Default::default(), Default::default())))

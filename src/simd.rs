@@ -12,3 +12,10 @@ pub fn wide<R>(f: impl FnOnce() -> R) -> R {
     static ARCH: OnceLock<pulp::Arch> = OnceLock::new();
     ARCH.get_or_init(pulp::Arch::new).dispatch(f)
 }
+
+/// x between low and high, NaN at low: what `clamp` is not.
+#[inline(always)]
+#[allow(clippy::manual_clamp)]
+pub fn bound(x: f32, low: f32, high: f32) -> f32 {
+    x.max(low).min(high)
+}

@@ -7,6 +7,7 @@ use std::io::Write;
 use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent};
 
 use crate::color::Primaries;
+use crate::simd::bound;
 use crate::stream::output::Output;
 use crate::stream::{Block, Picture};
 use crate::{Error, Result};
@@ -54,7 +55,7 @@ pub fn write(mut picture: Box<dyn Picture>, factor: f32, bits: u8, out: &mut Out
             clipped.count(p);
             for x in p {
                 if bits == 16 {
-                    let code = srgb::encode(f64::from(x.max(0.0).min(1.0))) * 65535.0;
+                    let code = srgb::encode(f64::from(bound(x, 0.0, 1.0))) * 65535.0;
                     bytes.extend((code.round() as u16).to_be_bytes());
                 } else {
                     bytes.push(coder.code(x));

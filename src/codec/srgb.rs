@@ -1,5 +1,7 @@
 //! The sRGB transfer function [IEC 61966-2-1], exact to the code.
 
+use crate::simd::bound;
+
 /// Display value 0..1 for linear light 0..1.
 ///
 /// ```
@@ -45,7 +47,7 @@ impl Coder8 {
     /// The code nearest to the display value of `linear`; 0 for NaN and below, 255 above 1.
     #[inline]
     pub fn code(&self, linear: f32) -> u8 {
-        let x = linear.max(0.0).min(1.0);
+        let x = bound(linear, 0.0, 1.0);
         let mut code = usize::from(self.guess[(x.to_bits() >> SHIFT) as usize]);
         while x >= self.thresholds[code + 1] {
             code += 1;

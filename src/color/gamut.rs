@@ -4,6 +4,7 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use super::matrix::LANES;
+use crate::simd::bound;
 
 /// What to do with colours that the primaries cannot make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -36,7 +37,7 @@ pub fn clip(rgb: &mut [[f32; LANES]; 3], limit: Limit) {
     };
     for plane in rgb {
         for x in plane {
-            *x = x.max(0.0).min(top); // NaN becomes 0
+            *x = bound(*x, 0.0, top); // NaN becomes 0
         }
     }
 }
@@ -52,14 +53,14 @@ pub fn desaturate(rgb: &mut [[f32; LANES]; 3], y: &[f32; 3], limit: Limit) {
     };
     for i in 0..LANES {
         let [r, g, b] = [rgb[0][i], rgb[1][i], rgb[2][i]];
-        let grey = (y[0] * r + y[1] * g + y[2] * b).max(0.0).min(top);
+        let grey = bound(y[0] * r + y[1] * g + y[2] * b, 0.0, top);
         let (low, high) = (r.min(g).min(b), r.max(g).max(b));
         // Share of the way from grey to the colour that stays inside: 1 where nothing sticks out.
         let below = if low < 0.0 { grey / (grey - low) } else { 1.0 };
         let above = if high > top { (top - grey) / (high - grey) } else { 1.0 };
         let keep = below.min(above).max(0.0);
         for plane in rgb.iter_mut() {
-            let moved = (grey + (plane[i] - grey) * keep).max(0.0).min(top);
+            let moved = bound(grey + (plane[i] - grey) * keep, 0.0, top);
             plane[i] = if keep < 1.0 { moved } else { plane[i] };
         }
     }

@@ -72,7 +72,8 @@ pub fn for_planes(triples: &mut [f32], f: impl Fn(&mut [[f32; LANES]; 3])) {
         || {
             let mut groups = triples.chunks_exact_mut(3 * LANES);
             for group in groups.by_ref() {
-                let group: &mut [f32; 3 * LANES] = group.try_into().unwrap_or_else(|_| unreachable!("chunks are exact"));
+                let group: &mut [f32; 3 * LANES] =
+                    group.try_into().unwrap_or_else(|_| unreachable!("chunks are exact"));
                 let mut planes = split(group);
                 f(&mut planes);
                 *group = join(&planes);
@@ -125,5 +126,9 @@ pub fn multiply_planes(m: &[[f32; 3]; 3], p: &[[f32; LANES]; 3]) -> [[f32; LANES
 
 /// Multiplies every triple of a row block by `m`, in place.
 pub fn multiply_rows(m: &[[f32; 3]; 3], triples: &mut [f32]) {
-    for_planes(triples, #[inline(always)] |p| *p = multiply_planes(m, p));
+    for_planes(
+        triples,
+        #[inline(always)]
+        |p| *p = multiply_planes(m, p),
+    );
 }

@@ -107,8 +107,7 @@ impl FromStr for Primaries {
         if let Some((_, p)) = NAMED.iter().find(|(name, _)| plain(name) == wanted) {
             return Ok(*p);
         }
-        let numbers: Option<Vec<f64>> =
-            s.split([',', ' ']).filter(|t| !t.is_empty()).map(|t| t.parse().ok()).collect();
+        let numbers: Option<Vec<f64>> = s.split([',', ' ']).filter(|t| !t.is_empty()).map(|t| t.parse().ok()).collect();
         numbers.as_deref().and_then(Primaries::from_numbers).ok_or_else(|| {
             let names: Vec<_> = NAMED.iter().map(|(n, _)| *n).collect();
             Error::Invalid(format!(

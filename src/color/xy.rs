@@ -58,7 +58,9 @@ impl FromStr for Xy {
             .map_err(|_| Error::Invalid(format!("'{s}' is not a chromaticity; give x,y such as 0.3127,0.3290")))?;
         match n[..] {
             [x, y] if (Xy { x, y }).is_physical() => Ok(Xy { x, y }),
-            [_, _] => Err(Error::Invalid(format!("chromaticity {s} lies outside the triangle x >= 0, y > 0, x + y <= 1"))),
+            [_, _] => {
+                Err(Error::Invalid(format!("chromaticity {s} lies outside the triangle x >= 0, y > 0, x + y <= 1")))
+            }
             _ => Err(Error::Invalid(format!("'{s}' is not a chromaticity; give x,y such as 0.3127,0.3290"))),
         }
     }

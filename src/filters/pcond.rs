@@ -11,9 +11,9 @@ use crate::clap_defaults;
 use crate::filter::{Filter, Product, Run};
 use crate::stream::output::Output;
 use crate::stream::{Components, Picture, Units, picture, spool, tristimulus};
+use crate::tone::Curve;
 use crate::tone::fovea::{self, Fovea};
 use crate::tone::histogram::Display;
-use crate::tone::Curve;
 use crate::units::RADIANCE_EFFICACY;
 use crate::{Error, Result, usage};
 
@@ -56,7 +56,8 @@ impl Pcond {
     /// The factor of `--exposure`: display value for 1 cd/m2.
     fn fixed_factor(&self) -> Result<Option<f64>> {
         let Some(text) = &self.exposure else { return Ok(None) };
-        let wrong = || Error::Usage(format!("--exposure '{text}': expected a factor such as 0.5, or stops such as -1 or +2"));
+        let wrong =
+            || Error::Usage(format!("--exposure '{text}': expected a factor such as 0.5, or stops such as -1 or +2"));
         let number: f64 = text.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(wrong)?;
         let factor = if text.starts_with(['+', '-']) { number.exp2() } else { number };
         if !(1e-30..1e30).contains(&factor) {
@@ -85,8 +86,10 @@ fn mapped_exposure(display_per_cd_m2: f64) -> Vec<u8> {
 
 impl Filter for Pcond {
     const NAME: &'static str = "pcond";
-    const ABOUT: &'static str = "Map world luminance to a display by histogram adjustment (reads its input twice, or keeps it)";
-    const EXAMPLE: &'static str = "vonkries --to D65 < scene.lux | pcond | xyz2rgb --gamut desaturate | ra_png > scene.png";
+    const ABOUT: &'static str =
+        "Map world luminance to a display by histogram adjustment (reads its input twice, or keeps it)";
+    const EXAMPLE: &'static str =
+        "vonkries --to D65 < scene.lux | pcond | xyz2rgb --gamut desaturate | ra_png > scene.png";
 
     fn start(self, input: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
         let input = input.ok_or_else(|| Error::Usage("expected a picture".into()))?;
@@ -105,7 +108,7 @@ impl Filter for Pcond {
             return Ok(Product::Picture(picture::map(input, header, scale)));
         }
         if let (_, _, true) = fovea::cells(input.header()) {
-            run.notes.add("no VIEW line: taking 40 degrees on the long side");
+            run.notes.add("no VIEW line with an angle of view: taking 40 degrees on the long side");
         }
         let mut seen = Fovea::new(input.header());
         let mut replaced = 0u64;

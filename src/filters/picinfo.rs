@@ -32,7 +32,8 @@ struct Extremes {
 }
 
 impl Extremes {
-    const NONE: Extremes = Extremes { min: f32::MAX, max: f32::MIN, sum: 0.0, finite: 0, negative: 0, nan: 0, infinite: 0 };
+    const NONE: Extremes =
+        Extremes { min: f32::MAX, max: f32::MIN, sum: 0.0, finite: 0, negative: 0, nan: 0, infinite: 0 };
 
     fn add(&mut self, x: f32) {
         if x.is_finite() {
@@ -142,7 +143,14 @@ fn describe(header: &Header) -> String {
         let _ = writeln!(text, "white       {:.4} {:.4}", w.x, w.y);
     }
     if let Some(a) = &header.adapted {
-        let _ = writeln!(text, "adapted     from {} to {} by {}, degree {}", a.from, a.to, printable(a.cat.as_bytes()), a.degree);
+        let _ = writeln!(
+            text,
+            "adapted     from {} to {} by {}, degree {}",
+            a.from,
+            a.to,
+            printable(a.cat.as_bytes()),
+            a.degree
+        );
     }
     if let Some([min, max]) = header.display {
         let _ = writeln!(text, "display     {min} to {max} cd/m2");

@@ -36,7 +36,8 @@ clap_defaults!(RaRgbe);
 impl Filter for RaRgbe {
     const NAME: &'static str = "ra_rgbe";
     const ABOUT: &'static str = "Record a picture as Radiance RGBE or XYZE; -r decodes to a float stream";
-    const EXAMPLE: &'static str = "spectrace scenes/cornell.toml | ra_rgbe > cornell.hdr\nra_rgbe -r < cornell.hdr | picinfo";
+    const EXAMPLE: &'static str =
+        "spectrace scenes/cornell.toml | ra_rgbe > cornell.hdr\nra_rgbe -r < cornell.hdr | picinfo";
     const FORMATS: bool = false;
 
     fn start(self, input: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
@@ -45,7 +46,9 @@ impl Filter for RaRgbe {
             return Ok(Product::Picture(input));
         }
         if input.header().units == Units::Display && !self.force {
-            return invalid!("the picture is display-referred; a master is recorded before tone mapping (--force records it)");
+            return invalid!(
+                "the picture is display-referred; a master is recorded before tone mapping (--force records it)"
+            );
         }
         if self.gamut == Gamut::None {
             return usage!("--gamut none: RGBE holds no negative component; choose clip or desaturate, or --xyze");
@@ -57,9 +60,8 @@ impl Filter for RaRgbe {
             (writer::to_rgb(input, self.to)?, "32-bit_rle_rgbe")
         };
         let (notes, desaturate) = (run.notes.clone(), self.gamut == Gamut::Desaturate && !self.xyze);
-        let write = Box::new(move |out: &mut Output| {
-            writer::write_shared_exponent(picture, format, desaturate, out, &notes)
-        });
+        let write =
+            Box::new(move |out: &mut Output| writer::write_shared_exponent(picture, format, desaturate, out, &notes));
         Ok(Product::Bytes { binary: true, write })
     }
 }

@@ -99,7 +99,8 @@ impl Spectrace {
 impl Filter for Spectrace {
     const NAME: &'static str = "spectrace";
     const ABOUT: &'static str = "Render a scene to absolute XYZ or spectral radiance by path tracing (Eq. 1)";
-    const EXAMPLE: &'static str = "spectrace scenes/cornell.toml | vonkries --to D65 | pcond | xyz2rgb --gamut desaturate | ra_png > cornell.png";
+    const EXAMPLE: &'static str =
+        "spectrace scenes/cornell.toml | vonkries --to D65 | pcond | xyz2rgb --gamut desaturate | ra_png > cornell.png";
     const READS: bool = false;
 
     fn start(self, _: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {

@@ -50,7 +50,8 @@ impl Vonkries {
         let from = self.from.xy().ok_or_else(|| Error::Usage("--print needs --from WHITE".into()))?;
         let (mut m, _) = self.matrix(from)?;
         if let Some(primaries) = self.rgb {
-            let to_rgb = primaries.from_xyz().ok_or_else(|| Error::Usage("--rgb: these primaries span no area".into()))?;
+            let to_rgb =
+                primaries.from_xyz().ok_or_else(|| Error::Usage("--rgb: these primaries span no area".into()))?;
             m = to_rgb.times(&m);
         }
         let text: String = m.0.iter().map(|r| r.map(eight_digits).join(" ") + "\n").collect();

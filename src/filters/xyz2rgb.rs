@@ -8,7 +8,7 @@ use crate::color::gamut::{self, Gamut, Limit};
 use crate::color::{Primaries, matrix};
 use crate::filter::{Filter, Product, Run};
 use crate::stream::{Components, Picture, Units, picture, tristimulus};
-use crate::{Error, Result, usage};
+use crate::{Error, Result, invalid};
 
 /// Options of `xyz2rgb`.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
@@ -38,7 +38,7 @@ impl Filter for Xyz2rgb {
         let input = input.ok_or_else(|| Error::Usage("expected a picture".into()))?;
         if self.reverse {
             if input.header().components != Components::Rgb {
-                return usage!("-r expects RGB, the picture is {}", input.header().components);
+                return invalid!("-r expects RGB, the picture is {}", input.header().components);
             }
             return tristimulus(input).map(Product::Picture);
         }

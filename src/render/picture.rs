@@ -114,13 +114,8 @@ where
     let chances = running_chances(&power(&scene)?);
     let (samples, seed, max_bounces) = (job.samples, job.seed, job.max_bounces);
     Ok(Box::new(move |x, y, out| {
-        let tracer = Tracer::<Diagonal<G>, F> {
-            scene: &scene,
-            events: &events,
-            film: &film,
-            chances: &chances,
-            max_bounces,
-        };
+        let tracer =
+            Tracer::<Diagonal<G>, F> { scene: &scene, events: &events, film: &film, chances: &chances, max_bounces };
         let mut sum = film.black();
         for index in 0..samples {
             let mut sampler = Sampler::new(x, y, index, seed);

@@ -23,10 +23,7 @@ impl Sampler {
         self.pair += 1;
         // Scrambling the index shuffles the sequence and leaves every aligned run of 2^m points a net.
         let index = owen(self.index, seed);
-        [
-            unit(scramble(index, hash(seed ^ 0x68bc_21eb))),
-            unit(scramble(pascal(index), hash(seed ^ 0x02e5_be93))),
-        ]
+        [unit(scramble(index, hash(seed ^ 0x68bc_21eb))), unit(scramble(pascal(index), hash(seed ^ 0x02e5_be93)))]
     }
 }
 

@@ -42,7 +42,9 @@ impl Camera {
         let forward = (target - origin).normalize_or_zero();
         let right = forward.cross(up).normalize_or_zero();
         if forward == DVec3::ZERO || right == DVec3::ZERO || !right.is_finite() {
-            return invalid!("the camera needs a target away from its origin, and an up that is not the direction of view");
+            return invalid!(
+                "the camera needs a target away from its origin, and an up that is not the direction of view"
+            );
         }
         let half_width = match projection {
             Projection::Perspective if extent > 0.0 && extent < 179.9 => (extent / 2.0).to_radians().tan(),
@@ -82,7 +84,7 @@ impl Camera {
 
     /// The view in Radiance's words, for a VIEW line.
     pub fn view(&self) -> String {
-        let three = |v: DVec3| format!("{} {} {}", v.x, v.y, v.z);
+        let three = |v: DVec3| format!("{} {} {}", v.x + 0.0, v.y + 0.0, v.z + 0.0); // + 0.0 turns -0 to 0
         let (kind, angles) = match self.projection {
             Projection::Perspective => ("v", self.half.map(|h| 2.0 * h.atan().to_degrees())),
             Projection::Parallel => ("l", self.half.map(|h| 2.0 * h)),

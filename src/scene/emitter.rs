@@ -246,7 +246,14 @@ impl SphericalTriangle {
         let (alpha, beta, gamma) = (between(ab, ca), between(bc, ab), between(ca, bc));
         let solid_angle = alpha + beta + gamma - PI;
         let solid_angle = if solid_angle.is_finite() { solid_angle } else { 0.0 };
-        SphericalTriangle { corners: [a, b, c], cos_alpha: alpha.cos(), sin_alpha: alpha.sin(), cos_c: a.dot(b), alpha, solid_angle }
+        SphericalTriangle {
+            corners: [a, b, c],
+            cos_alpha: alpha.cos(),
+            sin_alpha: alpha.sin(),
+            cos_c: a.dot(b),
+            alpha,
+            solid_angle,
+        }
     }
 
     fn sample(&self, from: DVec3, on_plane: DVec3, normal: DVec3, s: [f64; 2]) -> DVec3 {
@@ -271,8 +278,13 @@ mod tests {
     use super::*;
 
     fn shapes() -> Vec<Emitter> {
-        let quad = Shape::Rectangle { corner: DVec3::new(-1.0, -1.0, 0.0), u: DVec3::new(2.0, 0.0, 0.0), v: DVec3::new(0.0, 3.0, 0.0) };
-        let triangle = Shape::Triangle([DVec3::new(-1.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 0.3), DVec3::new(0.0, 1.5, 0.0)]);
+        let quad = Shape::Rectangle {
+            corner: DVec3::new(-1.0, -1.0, 0.0),
+            u: DVec3::new(2.0, 0.0, 0.0),
+            v: DVec3::new(0.0, 3.0, 0.0),
+        };
+        let triangle =
+            Shape::Triangle([DVec3::new(-1.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 0.3), DVec3::new(0.0, 1.5, 0.0)]);
         let ball = Shape::Sphere { center: DVec3::new(0.2, 0.0, 0.0), radius: 0.7, inward: false };
         let room = Shape::Sphere { center: DVec3::ZERO, radius: 9.0, inward: true };
         [quad, triangle, ball, room].into_iter().map(|shape| Emitter { light: 0, shape }).collect()
@@ -304,7 +316,11 @@ mod tests {
                 let got = sum / f64::from(n * n);
                 assert!((got - want).abs() < 4e-3 * want.max(0.05), "shape {i} from {from}: {got} for {want}");
                 if matches!(emitter.shape, Shape::Rectangle { .. } | Shape::Triangle(_)) {
-                    assert!((check / count / emitter.area_m2() - 1.0).abs() < 2e-2, "shape {i}: area {}", check / count);
+                    assert!(
+                        (check / count / emitter.area_m2() - 1.0).abs() < 2e-2,
+                        "shape {i}: area {}",
+                        check / count
+                    );
                 }
             }
         }
@@ -320,7 +336,10 @@ mod tests {
                     Shape::Rectangle { corner, u, v } => (*corner + *u * s + *v * t, u.cross(*v).normalize()),
                     Shape::Triangle([p, q, r]) => {
                         let root = s.sqrt();
-                        (*p * (1.0 - root) + *q * (root * (1.0 - t)) + *r * (root * t), (*q - *p).cross(*r - *p).normalize())
+                        (
+                            *p * (1.0 - root) + *q * (root * (1.0 - t)) + *r * (root * t),
+                            (*q - *p).cross(*r - *p).normalize(),
+                        )
                     }
                     Shape::Sphere { center, radius, inward } => {
                         let (z, phi) = (1.0 - 2.0 * s, 2.0 * PI * t);

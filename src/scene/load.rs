@@ -78,7 +78,8 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
         read_shape(table, metres, folder, &named, &mut shapes)?;
     }
     keys.finish()?;
-    let lights = lights.into_iter().enumerate().map(|(i, l)| settle_light(l, i, &shapes.emitters)).collect::<Result<_>>()?;
+    let lights =
+        lights.into_iter().enumerate().map(|(i, l)| settle_light(l, i, &shapes.emitters)).collect::<Result<_>>()?;
     Ok(Scene {
         camera,
         materials,
@@ -112,7 +113,11 @@ fn unit(keys: &mut Keys) -> Result<f64> {
 fn point(keys: &mut Keys, key: &'static str) -> Result<DVec3> {
     let p: [f64; 3] = keys.need(key)?;
     let p = DVec3::from(p);
-    if p.is_finite() && p.abs().max_element() < 1e9 { Ok(p) } else { Err(keys.wrong(&format!("{key}: {p} is out of range"))) }
+    if p.is_finite() && p.abs().max_element() < 1e9 {
+        Ok(p)
+    } else {
+        Err(keys.wrong(&format!("{key}: {p} is out of range")))
+    }
 }
 
 fn read_camera(mut k: Keys, metres: f64) -> Result<Camera> {
@@ -222,7 +227,8 @@ fn read_shape(mut k: Keys, metres: f64, folder: &Path, names: &Names, shapes: &m
     let mut add = Adder { shapes, material, light };
     match kind.as_str() {
         "quad" => {
-            let (points, span) = k.get_spanned::<[[f64; 3]; 4]>("points")?.ok_or_else(|| k.wrong("key 'points' is missing"))?;
+            let (points, span) =
+                k.get_spanned::<[[f64; 3]; 4]>("points")?.ok_or_else(|| k.wrong("key 'points' is missing"))?;
             let p = points.map(|p| DVec3::from(p) * metres);
             add.quad(p).map_err(|e| k.wrong_key("points", span, &e))?;
         }
@@ -233,7 +239,8 @@ fn read_shape(mut k: Keys, metres: f64, folder: &Path, names: &Names, shapes: &m
         "sphere" => {
             let center = point(&mut k, "center")? * metres;
             let positive = |x: f64| x > 0.0 && x < 1e9;
-            let radius = k.number("radius", "must be above 0", positive)?.ok_or_else(|| k.wrong("key 'radius' is missing"))?;
+            let radius =
+                k.number("radius", "must be above 0", positive)?.ok_or_else(|| k.wrong("key 'radius' is missing"))?;
             let inward = k.get("inward")?.unwrap_or(false);
             add.sphere(center, radius * metres, inward);
         }
@@ -241,11 +248,13 @@ fn read_shape(mut k: Keys, metres: f64, folder: &Path, names: &Names, shapes: &m
             let (file, span) = k.get_spanned::<String>("file")?.ok_or_else(|| k.wrong("key 'file' is missing"))?;
             let scale = k.number("scale", "must be above 0", |x| x > 0.0 && x < 1e9)?.unwrap_or(1.0);
             let shift = DVec3::from(k.get::<[f64; 3]>("translate")?.unwrap_or_default());
-            let mesh = mesh::load(&folder.join(&file)).map_err(|e| k.wrong_key("file", span.clone(), &e.to_string()))?;
+            let mesh =
+                mesh::load(&folder.join(&file)).map_err(|e| k.wrong_key("file", span.clone(), &e.to_string()))?;
             let place = |p: [f32; 3]| (Vec3A::from(p).as_dvec3() * scale + shift) * metres;
             for (i, t) in mesh.triangles.iter().enumerate() {
                 let corners = t.map(|v| place(mesh.positions[v as usize]));
-                add.triangle(corners).map_err(|e| k.wrong_key("file", span.clone(), &format!("face {}: {e}", i + 1)))?;
+                add.triangle(corners)
+                    .map_err(|e| k.wrong_key("file", span.clone(), &format!("face {}: {e}", i + 1)))?;
             }
         }
         other => {

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::path::Path;
 
-use serde::de::{Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 use serde::Deserialize;
+use serde::de::{Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 
 use crate::spectral::{Spectrum, builtin, planck};
 use crate::{Error, Result};

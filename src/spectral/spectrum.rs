@@ -19,7 +19,10 @@ impl Spectrum {
         }
         for (i, (nm, value)) in points.iter().enumerate() {
             if !(*nm > 0.0 && nm.is_finite() && value.is_finite()) {
-                return invalid!("point {}: wavelength must be positive and both numbers finite, got {nm},{value}", i + 1);
+                return invalid!(
+                    "point {}: wavelength must be positive and both numbers finite, got {nm},{value}",
+                    i + 1
+                );
             }
             if i > 0 && *nm <= points[i - 1].0 {
                 return invalid!("point {}: wavelengths must ascend, got {nm} after {}", i + 1, points[i - 1].0);

@@ -48,7 +48,10 @@ impl std::str::FromStr for Components {
     fn from_str(s: &str) -> Result<Self> {
         use Components::*;
         [Y, Xyz, Rgb, Spectrum, Stokes].into_iter().find(|c| c.name().eq_ignore_ascii_case(s)).ok_or_else(|| {
-            Error::Invalid(format!("components '{}': expected Y, XYZ, RGB, SPECTRUM or STOKES", printable(s.as_bytes())))
+            Error::Invalid(format!(
+                "components '{}': expected Y, XYZ, RGB, SPECTRUM or STOKES",
+                printable(s.as_bytes())
+            ))
         })
     }
 }

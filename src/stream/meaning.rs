@@ -190,12 +190,7 @@ fn adapted(value: &[u8]) -> Option<Adapted> {
     let words: Vec<&str> = std::str::from_utf8(value).ok()?.split_ascii_whitespace().collect();
     let [x0, y0, x1, y1, cat, degree] = words[..] else { return None };
     let n = |t: &str| t.parse::<f64>().ok().filter(|x| x.is_finite());
-    Some(Adapted {
-        from: xy(&[n(x0)?, n(y0)?])?,
-        to: xy(&[n(x1)?, n(y1)?])?,
-        cat: cat.to_string(),
-        degree: n(degree)?,
-    })
+    Some(Adapted { from: xy(&[n(x0)?, n(y0)?])?, to: xy(&[n(x1)?, n(y1)?])?, cat: cat.to_string(), degree: n(degree)? })
 }
 
 fn coding(s: &Stated) -> Result<Coding> {

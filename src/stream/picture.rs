@@ -53,7 +53,11 @@ pub struct Mapped {
 }
 
 /// Maps pixels in place: `f` gets whole pixels, any number of them. Light work, done on the calling thread.
-pub fn map(input: Box<dyn Picture>, header: Header, f: impl Fn(&mut [f32]) + Send + Sync + 'static) -> Box<dyn Picture> {
+pub fn map(
+    input: Box<dyn Picture>,
+    header: Header,
+    f: impl Fn(&mut [f32]) + Send + Sync + 'static,
+) -> Box<dyn Picture> {
     Box::new(Mapped { input, header, work: Work::InPlace(Box::new(f)), parallel: false, spare: Block::default() })
 }
 

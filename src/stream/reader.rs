@@ -31,7 +31,8 @@ impl Input {
     /// Opens a file, or standard input for `None` and `-`.
     pub fn open(path: Option<&Path>) -> Result<Input> {
         let path = path.filter(|p| *p != Path::new("-"));
-        let name = path.map_or("standard input".to_string(), |p| crate::error::printable(p.as_os_str().as_encoded_bytes()));
+        let name =
+            path.map_or("standard input".to_string(), |p| crate::error::printable(p.as_os_str().as_encoded_bytes()));
         let failed = |e| Error::io(name.clone(), e);
         let file = match path {
             Some(p) => File::open(p).map_err(failed)?,
@@ -101,7 +102,9 @@ impl Reader {
                 }
             }
         }
-        if let Some(factors) = self.factors.as_ref().filter(|_| matches!(self.coding, Coding::Float(_) | Coding::Double(_))) {
+        if let Some(factors) =
+            self.factors.as_ref().filter(|_| matches!(self.coding, Coding::Float(_) | Coding::Double(_)))
+        {
             picture::scale(data, factors);
         }
         Ok(())

@@ -6,6 +6,7 @@
 
 use std::io::BufRead;
 
+use crate::simd::bound;
 use crate::{Error, Result, invalid};
 
 /// Widths that the new run-length code is written for.
@@ -34,7 +35,13 @@ impl Default for Decoder {
 
 impl Decoder {
     /// Decodes one scanline of `width` pixels, times `factors`, and appends three floats a pixel to `out`.
-    pub fn scanline(&mut self, input: &mut dyn BufRead, width: usize, factors: [f32; 3], out: &mut Vec<f32>) -> Result<()> {
+    pub fn scanline(
+        &mut self,
+        input: &mut dyn BufRead,
+        width: usize,
+        factors: [f32; 3],
+        out: &mut Vec<f32>,
+    ) -> Result<()> {
         self.read_planes(input, width)?;
         let start = out.len();
         out.resize(start + 3 * width, 0.0);
@@ -109,7 +116,10 @@ fn read_plane(input: &mut dyn BufRead, width: usize, plane: &mut Vec<u8>) -> Res
         let code = usize::from(code[0]);
         let (count, run) = if code > 128 { (code - 128, true) } else { (code, false) };
         if count == 0 || count > width - plane.len() {
-            return invalid!("run-length code {code} does not fit the {} pixels left of the scanline", width - plane.len());
+            return invalid!(
+                "run-length code {code} does not fit the {} pixels left of the scanline",
+                width - plane.len()
+            );
         }
         let start = plane.len();
         if run {
@@ -179,7 +189,7 @@ pub fn encode_pixel(mut c: [f32; 3], losses: &mut Losses) -> [u8; 4] {
         losses.nan += u64::from(c.iter().any(|x| x.is_nan()));
         losses.negative += u64::from(c.iter().any(|x| *x < 0.0));
         losses.overflow += u64::from(c.iter().any(|x| *x > LARGEST));
-        c = c.map(|x| x.max(0.0).min(LARGEST)); // max takes NaN to 0
+        c = c.map(|x| bound(x, 0.0, LARGEST)); // NaN becomes 0
     }
     let largest = c[0].max(c[1]).max(c[2]);
     if largest <= 1e-32 {
@@ -259,7 +269,7 @@ mod tests {
 
     #[test]
     fn one_decodes_to_half_a_step_more() {
-        assert_eq!(decode(&[128, 128, 128, 129], 1).unwrap(), [1.00390625; 3]);
+        assert_eq!(decode(&[128, 128, 128, 129], 1).unwrap(), [1.0 + 1.0 / 256.0; 3]);
     }
 
     #[test]

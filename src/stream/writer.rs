@@ -16,7 +16,7 @@ use crate::stream::picture;
 use crate::stream::rgbe::{self, Losses};
 use crate::stream::{Block, Components, Header, Picture, Units};
 use crate::units::RADIANCE_EFFICACY;
-use crate::{Error, Result, usage};
+use crate::{Error, Result, invalid};
 
 /// How a picture filter writes its result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -46,7 +46,9 @@ pub fn write(mut picture: Box<dyn Picture>, format: Format, out: &mut Output, no
             }
             Ok(())
         }
-        Format::Rgbe => write_shared_exponent(to_rgb(picture, Primaries::RADIANCE)?, "32-bit_rle_rgbe", false, out, notes),
+        Format::Rgbe => {
+            write_shared_exponent(to_rgb(picture, Primaries::RADIANCE)?, "32-bit_rle_rgbe", false, out, notes)
+        }
         Format::Xyze => write_shared_exponent(to_xyz(picture)?, "32-bit_rle_xyze", false, out, notes),
     }
 }
@@ -62,7 +64,7 @@ pub fn to_rgb(picture: Box<dyn Picture>, primaries: Primaries) -> Result<Box<dyn
             header.primaries = Some(primaries);
             Ok(picture::map(picture, header, move |pixels| matrix::multiply_rows(&m, pixels)))
         }
-        other => usage!("RGBE holds RGB, not {other}; run spec2xyz first"),
+        other => invalid!("RGBE holds RGB, not {other}; run spec2xyz first"),
     }
 }
 
@@ -77,7 +79,7 @@ pub fn to_xyz(picture: Box<dyn Picture>) -> Result<Box<dyn Picture>> {
             header.become_tristimulus(Components::Xyz, header.units);
             Ok(picture::map(picture, header, move |pixels| matrix::multiply_rows(&m, pixels)))
         }
-        other => usage!("expected XYZ or RGB, got {other}; run spec2xyz first"),
+        other => invalid!("expected XYZ or RGB, got {other}; run spec2xyz first"),
     }
 }
 
@@ -100,7 +102,11 @@ pub fn write_shared_exponent(
     let width = header.resolution.scanline_len();
     let encode = |line: &mut [f32]| {
         if desaturate {
-            matrix::for_planes(line, #[inline(always)] |p| gamut::desaturate(p, &y_row, Limit::Positive));
+            matrix::for_planes(
+                line,
+                #[inline(always)]
+                |p| gamut::desaturate(p, &y_row, Limit::Positive),
+            );
         }
         let mut losses = Losses::default();
         let pixels: Vec<[u8; 4]> = line
@@ -144,17 +150,21 @@ fn report(losses: Losses, header: &Header, notes: &Notes) {
     let Losses { negative, nan, overflow } = losses;
     let mut parts = Vec::new();
     if negative > 0 {
-        parts.push(format!("{negative} pixels with a negative component set to 0"));
+        parts.push(format!("{negative} had a negative component set to 0"));
     }
     if nan > 0 {
-        parts.push(format!("{nan} with NaN set to 0"));
+        parts.push(format!("{nan} had NaN set to 0"));
     }
     if overflow > 0 {
-        parts.push(format!("{overflow} too large set to the largest value"));
+        parts.push(format!("{overflow} had a component over 1.7e38 set to that"));
     }
     if !parts.is_empty() {
         let total = header.resolution.width as u64 * header.resolution.height as u64;
-        let hint = if header.components == Components::Rgb && negative > 0 { "; XYZE would hold every visible colour" } else { "" };
+        let hint = if header.components == Components::Rgb && negative > 0 {
+            "; XYZE would hold every visible colour"
+        } else {
+            ""
+        };
         notes.add(format!("of {total} pixels {}{hint}", parts.join(", ")));
     }
 }

@@ -181,7 +181,8 @@ fn trim(bins: &mut [f64], ceiling: f64) -> f64 {
         rest -= count;
     }
     // No solution: the occupied bins span less than the display's range. Any T makes them all equal, a linear map.
-    let limit = if left > 0.0 { ceiling * left } else { order.iter().copied().filter(|c| *c > 0.0).fold(f64::MAX, f64::min) };
+    let limit =
+        if left > 0.0 { ceiling * left } else { order.iter().copied().filter(|c| *c > 0.0).fold(f64::MAX, f64::min) };
     bins.iter_mut().for_each(|c| *c = c.min(limit));
     left / before
 }

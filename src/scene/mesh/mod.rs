@@ -23,7 +23,12 @@ pub fn load(path: &Path) -> Result<Mesh> {
     let mesh = match suffix.as_str() {
         "obj" => obj::parse(&bytes),
         "ply" => ply::parse(&bytes),
-        _ => return Err(Error::Unsupported(format!("'{}' is no mesh; known suffixes are .obj and .ply", path.display()))),
+        _ => {
+            return Err(Error::Unsupported(format!(
+                "'{}' is no mesh; known suffixes are .obj and .ply",
+                path.display()
+            )));
+        }
     };
     mesh.map_err(|e| e.in_file(path))
 }

@@ -26,7 +26,9 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh> {
                     let at = match index {
                         Some(i) if i > 0 => i - 1,
                         Some(i) if i < 0 => count + i,
-                        _ => return invalid!("{}: '{}' is no corner", what(), crate::error::printable(word.as_bytes())),
+                        _ => {
+                            return invalid!("{}: '{}' is no corner", what(), crate::error::printable(word.as_bytes()));
+                        }
                     };
                     if !(0..count).contains(&at) {
                         return invalid!("{}: corner {word} of {count} vertices", what());

@@ -65,7 +65,8 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh> {
             if element.name == "vertex" {
                 mesh.corner(position, &what)?;
             } else if element.name == "face" {
-                let whole = |c: &f64| (c.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(c)).then_some(*c as u32);
+                let whole =
+                    |c: &f64| (c.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(c)).then_some(*c as u32);
                 let corners: Option<Vec<u32>> = corners.iter().map(whole).collect();
                 let corners = corners.ok_or_else(|| Error::Invalid(format!("{what}: a corner is no index")))?;
                 mesh.polygon(&corners, &what)?;
@@ -89,7 +90,9 @@ fn header(bytes: &[u8]) -> Result<(Coding, Vec<Element>, Body<'_>)> {
         let line = String::from_utf8_lossy(&rest[..end]).into_owned();
         rest = &rest[end + 1..];
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
-        let wrong = || Error::Invalid(format!("line {number}: '{}' is no PLY header", crate::error::printable(line.as_bytes())));
+        let wrong = || {
+            Error::Invalid(format!("line {number}: '{}' is no PLY header", crate::error::printable(line.as_bytes())))
+        };
         match words[..] {
             ["ply"] if number == 1 => {}
             _ if number == 1 => return Err(wrong()),
@@ -148,7 +151,8 @@ impl Body<'_> {
             let word = &word[..word.iter().position(u8::is_ascii_whitespace).unwrap_or(word.len())];
             self.rest = &self.rest[start + word.len()..];
             let text = std::str::from_utf8(word).ok().and_then(|t| t.parse::<f64>().ok());
-            return text.ok_or_else(|| Error::Invalid(format!("{what}: '{}' is no number", crate::error::printable(word))));
+            return text
+                .ok_or_else(|| Error::Invalid(format!("{what}: '{}' is no number", crate::error::printable(word))));
         }
         Ok(match kind {
             Scalar::I8 => f64::from(self.bytes::<1>().ok_or_else(ends)?[0] as i8),

@@ -1,0 +1,50 @@
+# luxpipe: build, test, demonstrate. `make demo` leaves finished pictures in out/.
+
+CARGO ?= cargo
+PREFIX ?= /usr/local
+FILTERS := $(notdir $(basename $(wildcard src/bin/*.rs)))
+PICTURES := $(patsubst pipelines/%.toml,out/%.png,$(wildcard pipelines/*.toml))
+BIN := target/release
+
+.PHONY: all demo test lint bench man install clean
+
+all:
+	$(CARGO) build --release --locked
+
+demo: all
+	@mkdir -p out
+	@$(MAKE) --no-print-directory $(PICTURES)
+	@ls -l $(PICTURES)
+
+# A picture is rebuilt when its pipeline, a scene, a spectrum or the program changed.
+out/%.png: pipelines/%.toml $(wildcard scenes/*.toml) $(wildcard spectra/*.csv) $(BIN)/luxpipe
+	@mkdir -p out
+	$(BIN)/luxpipe $<
+
+$(BIN)/luxpipe: Cargo.toml Cargo.lock build.rs $(shell find src -name '*.rs')
+	$(CARGO) build --release --locked
+
+test:
+	$(CARGO) test --locked
+
+lint:
+	$(CARGO) fmt --check
+	$(CARGO) clippy --locked --all-targets -- -D warnings
+
+# Ratios to `cat` in the same run: see benches/streams.rs.
+bench:
+	$(CARGO) bench --locked --bench streams
+
+man:
+	$(CARGO) run --locked --quiet --release --example manuals -- out/man
+
+install: all man
+	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/share/man/man1
+	install -m 755 $(addprefix $(BIN)/,$(FILTERS)) $(DESTDIR)$(PREFIX)/bin
+	install -m 644 out/man/man1/*.1 $(DESTDIR)$(PREFIX)/share/man/man1
+	install -d $(DESTDIR)$(PREFIX)/share/bash-completion/completions
+	install -m 644 out/man/bash/* $(DESTDIR)$(PREFIX)/share/bash-completion/completions
+
+clean:
+	$(CARGO) clean
+	rm -rf out
