@@ -8,7 +8,7 @@ use crate::{Result, invalid};
 ///
 /// ```
 /// let s = luxpipe::spectral::planck::blackbody(2856.0).unwrap();
-/// assert!((s.at(560.0) - 267.5).abs() < 0.5);
+/// assert!((s.at(560.0) - 268.008).abs() < 0.001);
 /// ```
 pub fn blackbody(kelvin: f64) -> Result<Spectrum> {
     if !(100.0..=1e6).contains(&kelvin) {
