@@ -30,6 +30,8 @@
 //! - [Arvo 1995] J. Arvo, *Stratified Sampling of Spherical Triangles*, SIGGRAPH 95.
 //! - [Urena 2013] C. Urena, M. Fajardo, A. King, *An Area-Preserving Parametrization for Spherical Rectangles*, EGSR 2013.
 //! - [Burley 2020] B. Burley, *Practical Hash-based Owen Scrambling*, JCGT 9(4), 2020.
+//! - [Sharma 2005] G. Sharma, W. Wu, E. Dalal, *The CIEDE2000 Color-Difference Formula*, Color Res. Appl. 30(1), 2005.
+//! - [Ottosson 2020] B. Ottosson, *A perceptual color space for image processing*, 2020.
 //! - [Waechter 2019] C. Waechter, N. Binder, *A Fast and Robust Method for Avoiding Self-Intersection*, Ray Tracing Gems, 2019.
 
 pub mod cli;

@@ -1,6 +1,7 @@
 //! Colour: chromaticities, primaries, white-point adaptation, gamut mapping. Imports only [`crate::spectral`].
 
 pub mod adapt;
+pub mod difference;
 pub mod gamut;
 pub mod matrix;
 pub mod rgb;
