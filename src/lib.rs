@@ -9,6 +9,7 @@
 //! | [`color`] | chromaticities, primaries, adaptation, gamut |
 //! | [`stream`] | the picture that flows between filters |
 //! | [`options`], [`keys`] | options as data, TOML tables |
+//! | [`display`] | what a medium can show, and its curve |
 //! | [`codec`] | display files |
 //! | [`tone`] | from world luminance to the display's |
 //! | [`scene`] | scenes as TOML, shapes, materials, lights, cameras |
@@ -32,11 +33,13 @@
 //! - [Burley 2020] B. Burley, *Practical Hash-based Owen Scrambling*, JCGT 9(4), 2020.
 //! - [Sharma 2005] G. Sharma, W. Wu, E. Dalal, *The CIEDE2000 Color-Difference Formula*, Color Res. Appl. 30(1), 2005.
 //! - [Ottosson 2020] B. Ottosson, *A perceptual color space for image processing*, 2020.
+//! - [Li 2000] C. Li, M. R. Luo, B. Rigg, *Simplification of the CMCCAT97*, IS&T/SID 8th Color Imaging Conference, 2000.
 //! - [Waechter 2019] C. Waechter, N. Binder, *A Fast and Robust Method for Avoiding Self-Intersection*, Ray Tracing Gems, 2019.
 
 pub mod cli;
 pub mod codec;
 pub mod color;
+pub mod display;
 pub mod error;
 pub mod filter;
 pub mod filters;

@@ -1,4 +1,3 @@
 //! Files for displays. One format, one file.
 
 pub mod png;
-pub mod srgb;

@@ -1,18 +1,18 @@
-//! PNG for displays: 8 or 16 bits a component, the sRGB curve, the colour space written in the file.
+//! PNG for displays: 8 or 16 bits a component, the display's curve, the colour space written in the file.
 //!
-//! BT.709 primaries get an `sRGB` chunk, Display P3 and BT.2020 a `cICP` chunk (ITU-T H.273), others `cHRM` and `gAMA`.
+//! sRGB gets an `sRGB` chunk; BT.709, Display P3 and BT.2020 with the sRGB, PQ or HLG curve a `cICP` chunk (ITU-T H.273);
+//! others `cHRM`, and `gAMA` where the curve is a power.
 
 use std::io::Write;
 
 use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent};
 
 use crate::color::Primaries;
+use crate::display::transfer::{Coder8, Transfer};
 use crate::simd::bound;
 use crate::stream::output::Output;
 use crate::stream::{Block, Picture};
 use crate::{Error, Result};
-
-use super::srgb;
 
 /// Components this far outside 0..1 are rounding, not colour.
 const ROUNDING: f32 = 1e-4;
@@ -26,16 +26,30 @@ pub struct Clipped {
     pub range: (f32, f32),
 }
 
-/// Writes an upright picture of linear RGB, 1 white after `factor`, with `bits` 8 or 16.
-pub fn write(mut picture: Box<dyn Picture>, factor: f32, bits: u8, out: &mut Output) -> Result<Clipped> {
+/// How the codes are made.
+#[derive(Clone, Debug)]
+pub struct Coding {
+    /// The picture's values times this are 1 at white.
+    pub factor: f32,
+    /// 8 or 16.
+    pub bits: u8,
+    /// The curve.
+    pub transfer: Transfer,
+    /// Luminance of black and white, cd/m2, for curves that are absolute.
+    pub range_cd_m2: [f64; 2],
+}
+
+/// Writes an upright picture of linear RGB.
+pub fn write(mut picture: Box<dyn Picture>, coding: &Coding, out: &mut Output) -> Result<Clipped> {
     let header = picture.header().clone();
     let mut block = Block::default();
     let mut more = picture.next(&mut block)?;
     let size = |n: usize| u32::try_from(n).map_err(|_| Error::Unsupported("too large for PNG".into()));
     let mut encoder = Encoder::new(&mut *out, size(header.resolution.width)?, size(header.resolution.height)?);
     encoder.set_color(ColorType::Rgb);
-    encoder.set_depth(if bits == 16 { BitDepth::Sixteen } else { BitDepth::Eight });
-    let cicp = describe(&mut encoder, header.primaries.unwrap_or(Primaries::BT709));
+    encoder.set_depth(if coding.bits == 16 { BitDepth::Sixteen } else { BitDepth::Eight });
+    let primaries = header.primaries.unwrap_or(Primaries::BT709);
+    let cicp = describe(&mut encoder, primaries, &coding.transfer);
     let failed = |e: png::EncodingError| match e {
         png::EncodingError::IoError(e) => Error::io("", e),
         other => Error::Unsupported(other.to_string()),
@@ -45,20 +59,26 @@ pub fn write(mut picture: Box<dyn Picture>, factor: f32, bits: u8, out: &mut Out
         writer.write_chunk(png::chunk::ChunkType(*b"cICP"), &code).map_err(failed)?;
     }
     let mut rows = writer.stream_writer().map_err(failed)?;
-    let coder = srgb::Coder8::default();
+    let y = primaries.to_xyz().map_or([0.0; 3], |m| m.0[1]);
+    let coder = Coder8::new(&coding.transfer).filter(|_| coding.bits == 8);
     let mut clipped = Clipped::default();
     let mut bytes = Vec::new();
     while more {
         bytes.clear();
         for pixel in block.data.chunks_exact(3) {
-            let p = [pixel[0] * factor, pixel[1] * factor, pixel[2] * factor];
+            let p = [pixel[0] * coding.factor, pixel[1] * coding.factor, pixel[2] * coding.factor];
             clipped.count(p);
-            for x in p {
-                if bits == 16 {
-                    let code = srgb::encode(f64::from(bound(x, 0.0, 1.0))) * 65535.0;
-                    bytes.extend((code.round() as u16).to_be_bytes());
+            if let Some(coder) = &coder {
+                bytes.extend(p.map(|x| coder.code(x)));
+                continue;
+            }
+            let light = p.map(|x| f64::from(bound(x, 0.0, 1.0)));
+            let [black, white] = coding.range_cd_m2;
+            for code in coding.transfer.encode(light, (black, white), y) {
+                if coding.bits == 16 {
+                    bytes.extend(((code * 65535.0).round() as u16).to_be_bytes());
                 } else {
-                    bytes.push(coder.code(x));
+                    bytes.push((code * 255.0).round() as u8);
                 }
             }
         }
@@ -71,17 +91,15 @@ pub fn write(mut picture: Box<dyn Picture>, factor: f32, bits: u8, out: &mut Out
 }
 
 /// Says which colours the numbers are; what `png` cannot write itself is returned as a cICP code.
-fn describe(encoder: &mut Encoder<&mut Output>, primaries: Primaries) -> Option<[u8; 4]> {
+fn describe(encoder: &mut Encoder<&mut Output>, primaries: Primaries, transfer: &Transfer) -> Option<[u8; 4]> {
     let is = |name: &str| name.parse().is_ok_and(|p: Primaries| p.distance(&primaries) < 1e-3);
-    if is("BT.709") {
+    if is("BT.709") && *transfer == Transfer::Srgb {
         encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
         return None;
     }
-    if is("P3") {
-        return Some([12, 13, 0, 1]);
-    }
-    if is("BT.2020") {
-        return Some([9, 13, 0, 1]);
+    let code = [("BT.709", 1), ("P3", 12), ("BT.2020", 9)].iter().find(|(name, _)| is(name)).map(|c| c.1);
+    if let (Some(primaries), Some(transfer)) = (code, transfer.cicp()) {
+        return Some([primaries, transfer, 0, 1]);
     }
     let scaled = |x: f64| png::ScaledFloat::new(x as f32);
     let pair = |p: crate::color::Xy| (scaled(p.x), scaled(p.y));
@@ -91,7 +109,9 @@ fn describe(encoder: &mut Encoder<&mut Output>, primaries: Primaries) -> Option<
         green: pair(primaries.rgb[1]),
         blue: pair(primaries.rgb[2]),
     });
-    encoder.set_source_gamma(scaled(1.0 / 2.2));
+    if let Transfer::Gamma(g) = transfer {
+        encoder.set_source_gamma(scaled(1.0 / g));
+    }
     None
 }
 

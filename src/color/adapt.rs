@@ -1,11 +1,14 @@
 //! White-point adaptation by the von Kries rule, Eq. (6) of [Ward 2001]: scale the cone-like responses so that the source
 //! white becomes the destination white.
 
+use std::fmt;
+use std::str::FromStr;
+
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use super::{Mat3, Xy};
-use crate::{Result, invalid};
+use crate::{Error, Result, invalid, string_serde};
 
 /// The sensor sharpening matrix behind an adaptation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -40,6 +43,49 @@ impl Cat {
             }
         })
     }
+}
+
+/// How complete an adaptation is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Degree {
+    /// 1 complete, 0 none.
+    Fixed(f64),
+    /// By CMCCAT2000's formula from the luminances that the eye is adapted to.
+    Auto,
+}
+
+impl FromStr for Degree {
+    type Err = Error;
+    fn from_str(s: &str) -> Result<Degree> {
+        match s.parse() {
+            _ if s == "auto" => Ok(Degree::Auto),
+            Ok(d) if (0.0..=1.0).contains(&d) => Ok(Degree::Fixed(d)),
+            _ => Err(Error::Invalid(format!("degree '{s}': expected 0 to 1, or auto"))),
+        }
+    }
+}
+
+impl fmt::Display for Degree {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Degree::Fixed(d) => write!(f, "{d}"),
+            Degree::Auto => f.write_str("auto"),
+        }
+    }
+}
+string_serde!(Degree);
+
+/// Degree of adaptation of CMCCAT2000 [Li 2000]: D = F (0.08 lg((La + Ld) / 2) + 0.76 - 0.45 (La - Ld) / (La + Ld)), held
+/// to 0..1. La and Ld are the luminances of the adapting fields of the scene and of the display, cd/m2; F is 1 in an
+/// average surround, 0.8 in a dim or dark one.
+///
+/// ```
+/// let d = luxpipe::color::adapt::cmccat2000_degree(100.0, 100.0, 1.0);
+/// assert!((d - 0.92).abs() < 1e-12);
+/// ```
+pub fn cmccat2000_degree(la_cd_m2: f64, ld_cd_m2: f64, surround: f64) -> f64 {
+    let sum = la_cd_m2 + ld_cd_m2;
+    (surround * (0.08 * (sum / 2.0).log10() + 0.76 - 0.45 * (la_cd_m2 - ld_cd_m2) / sum)).clamp(0.0, 1.0)
 }
 
 /// Gains beyond this turn noise into colour: such a white is refused.

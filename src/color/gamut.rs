@@ -17,6 +17,10 @@ pub enum Gamut {
     Clip,
     /// Move toward the grey of equal luminance until every component fits: hue in XYZ kept, luminance kept
     Desaturate,
+    /// Technique A: all saturations divided by what the most saturated colour needs
+    Shrink,
+    /// Technique B: saturations under the knee kept, the rest bent into what is left
+    Compress,
 }
 
 /// The range that a component may have.

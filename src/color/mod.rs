@@ -1,8 +1,11 @@
 //! Colour: chromaticities, primaries, white-point adaptation, gamut mapping. Imports only [`crate::spectral`].
 
 pub mod adapt;
+pub mod compress;
 pub mod difference;
+pub mod estimate;
 pub mod gamut;
+pub mod intent;
 pub mod matrix;
 pub mod rgb;
 pub mod white;

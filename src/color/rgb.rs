@@ -79,6 +79,16 @@ impl Primaries {
         self.to_xyz()?.inverse()
     }
 
+    /// [`Primaries::from_xyz`] rounded to four decimals, as papers of 2001 print and use it.
+    ///
+    /// ```
+    /// let c709 = luxpipe::color::Primaries::BT709.from_xyz_rounded().unwrap().0;
+    /// assert_eq!(c709[0], [3.2410, -1.5374, -0.4986]);
+    /// ```
+    pub fn from_xyz_rounded(&self) -> Option<Mat3> {
+        Some(Mat3(self.from_xyz()?.0.map(|r| r.map(|x| (x * 1e4).round() / 1e4))))
+    }
+
     /// The eight numbers, as a PRIMARIES line holds them.
     pub fn numbers(&self) -> [f64; 8] {
         let [r, g, b] = self.rgb;

@@ -27,14 +27,18 @@ pub enum White {
     Fixed(String, Xy),
     /// The picture's own WHITE.
     Header,
+    /// The mean colour of its brightest hundredth.
+    Auto,
+    /// The mean colour of all its pixels.
+    Grey,
 }
 
 impl White {
-    /// The chromaticity; `None` for [`White::Header`].
+    /// The chromaticity; `None` where a picture has to be asked.
     pub fn xy(&self) -> Option<Xy> {
         match self {
             White::Fixed(_, xy) => Some(*xy),
-            White::Header => None,
+            White::Header | White::Auto | White::Grey => None,
         }
     }
 }
@@ -63,8 +67,11 @@ fn temperature(kelvin: f64) -> Result<Xy> {
 impl FromStr for White {
     type Err = Error;
     fn from_str(s: &str) -> Result<White> {
-        if s.eq_ignore_ascii_case("header") {
-            return Ok(White::Header);
+        match s.to_ascii_lowercase().as_str() {
+            "header" => return Ok(White::Header),
+            "auto" => return Ok(White::Auto),
+            "grey" | "gray" => return Ok(White::Grey),
+            _ => {}
         }
         let fixed = |xy| White::Fixed(s.to_string(), xy);
         if let Some(xy) = illuminant(s) {
@@ -77,7 +84,7 @@ impl FromStr for White {
             return s.parse().map(fixed);
         }
         Err(Error::Invalid(format!(
-            "'{}' names no white; give an illuminant (A, B, C, D50, D65, E, FL11, LED-B3 ...), x,y, a temperature such as 2856K, or 'header'",
+            "'{}' names no white; give an illuminant (A, B, C, D50, D65, E, FL11, LED-B3 ...), x,y, a temperature such as 2856K, header, auto or grey",
             crate::error::printable(s.as_bytes())
         )))
     }
@@ -88,6 +95,8 @@ impl fmt::Display for White {
         f.write_str(match self {
             White::Fixed(name, _) => name,
             White::Header => "header",
+            White::Auto => "auto",
+            White::Grey => "grey",
         })
     }
 }

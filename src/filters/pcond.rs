@@ -8,6 +8,7 @@ use clap::{Args, ValueHint};
 use serde::{Deserialize, Serialize};
 
 use crate::clap_defaults;
+use crate::display as medium;
 use crate::filter::{Filter, Product, Run};
 use crate::stream::output::Output;
 use crate::stream::{Components, Picture, Units, picture, spool, tristimulus};
@@ -21,6 +22,9 @@ use crate::{Error, Result, usage};
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Pcond {
+    /// Display to map for, by name or file: its black and white, ambient light included
+    #[arg(long, value_name = "DISPLAY", value_hint = ValueHint::FilePath, conflicts_with_all = ["ldmax", "lddyn"])]
+    pub display: Option<medium::Display>,
     /// Luminance of the display's white, cd/m2
     #[arg(short = 'u', long, value_name = "CD_M2", default_value_t = 100.0)]
     pub ldmax: f64,
@@ -43,7 +47,10 @@ clap_defaults!(Pcond);
 const MAP_LINES: usize = 100;
 
 impl Pcond {
-    fn display(&self) -> Result<Display> {
+    fn range(&self) -> Result<Display> {
+        if let Some(d) = &self.display {
+            return Ok(Display { max_cd_m2: d.white_cd_m2, min_cd_m2: d.black_cd_m2 });
+        }
         if !(self.ldmax > 0.0 && self.ldmax <= 1e6) {
             return usage!("--ldmax {} is no luminance of a display's white", self.ldmax);
         }
@@ -96,7 +103,12 @@ impl Filter for Pcond {
         if input.header().units == Units::Display {
             return crate::invalid!("the picture is display-referred already (UNITS=display)");
         }
-        let display = self.display()?;
+        if input.header().units == Units::Relative {
+            return crate::invalid!(
+                "the picture is relative (UNITS=relative); a scene has cd/m2, say so with --units cd/m2"
+            );
+        }
+        let display = self.range()?;
         let input = tristimulus(input)?;
         let mut header = input.header().clone();
         header.become_tristimulus(Components::Xyz, Units::Display);

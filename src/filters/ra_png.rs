@@ -1,22 +1,26 @@
 //! ra_png: a display-referred picture as PNG.
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use serde::{Deserialize, Serialize};
 
 use crate::clap_defaults;
 use crate::codec::png;
+use crate::display::{Display, Transfer};
 use crate::filter::{Filter, Product, Run};
 use crate::stream::upright::upright;
-use crate::stream::{Components, Picture, Units};
+use crate::stream::{Components, Header, Picture, Units};
 use crate::{Error, Result, usage};
 
 /// Options of `ra_png`.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct RaPng {
-    /// Bits a component: 8 or 16
-    #[arg(long, value_name = "N", default_value_t = 8)]
-    pub bits: u8,
+    /// Display that the picture is for, by name or file: its curve and bits
+    #[arg(long, value_name = "DISPLAY", value_hint = ValueHint::FilePath)]
+    pub display: Option<Display>,
+    /// Bits a component: 8 or 16; the display's, or 8
+    #[arg(long, value_name = "N")]
+    pub bits: Option<u8>,
     /// Luminance that becomes white, for pictures in cd/m2 that no tone mapping has seen
     #[arg(long, value_name = "CD_M2")]
     pub white_luminance: Option<f64>,
@@ -35,13 +39,19 @@ impl Filter for RaPng {
         if header.components != Components::Rgb {
             return crate::invalid!("expected RGB, the picture is {}; run xyz2rgb first", header.components);
         }
-        if ![8, 16].contains(&self.bits) {
-            return usage!("--bits {}: PNG has 8 or 16", self.bits);
+        let bits = self.bits.or(self.display.as_ref().map(|d| d.bits)).unwrap_or(8);
+        if ![8, 16].contains(&bits) {
+            return usage!("--bits {bits}: PNG has 8 or 16");
         }
+        if let Some(d) = &self.display {
+            check_display(d, header)?;
+        }
+        let transfer = self.display.as_ref().map_or(Transfer::Srgb, |d| d.transfer.clone());
+        let range_cd_m2 = self.display.as_ref().map(Display::range).or(header.display).unwrap_or([0.0, 100.0]);
         let factor = match (header.units, self.white_luminance) {
-            (Units::Display, None) => 1.0,
-            (Units::Display, Some(_)) => {
-                return usage!("--white-luminance goes with cd/m2; the picture is display-referred");
+            (Units::Display | Units::Relative, None) => 1.0,
+            (Units::Display | Units::Relative, Some(_)) => {
+                return usage!("--white-luminance goes with cd/m2; the picture is {}", header.units);
             }
             (_, Some(l)) if l > 0.0 && l.is_finite() => (1.0 / l) as f32,
             (_, Some(l)) => return usage!("--white-luminance {l} must be above 0"),
@@ -49,11 +59,12 @@ impl Filter for RaPng {
                 return crate::invalid!("the picture is in cd/m2; run pcond first, or give --white-luminance");
             }
         };
-        let (bits, notes) = (self.bits, run.notes.clone());
+        let coding = png::Coding { factor, bits, transfer, range_cd_m2 };
+        let notes = run.notes.clone();
         let picture = upright(input, &run.options.limits())?;
         let total = header_pixels(&*picture);
         let write = Box::new(move |out: &mut crate::stream::output::Output| {
-            let clipped = png::write(picture, factor, bits, out)?;
+            let clipped = png::write(picture, &coding, out)?;
             if clipped.pixels > 0 {
                 notes.add(format!(
                     "{} of {total} pixels had components outside 0 to 1 ({:.3} to {:.3}) and were clipped; xyz2rgb --gamut desaturate keeps their hue",
@@ -63,6 +74,28 @@ impl Filter for RaPng {
             Ok(())
         });
         Ok(Product::Bytes { binary: true, write })
+    }
+}
+
+/// A picture made for another display, or in other primaries, is not for this one.
+fn check_display(display: &Display, header: &Header) -> Result<()> {
+    if let Some(range) = header.display.filter(|r| !display.shows(*r)) {
+        return crate::invalid!(
+            "the picture was mapped for {} to {} cd/m2, display {display} shows {:.4} to {:.4}; give pcond --display {display}",
+            range[0],
+            range[1],
+            display.black_cd_m2,
+            display.white_cd_m2
+        );
+    }
+    match header.primaries {
+        Some(p) if p.distance(&display.primaries) > 1e-3 => {
+            crate::invalid!(
+                "the picture has primaries {p}, display {display} has {}; give xyz2rgb --display {display}",
+                display.primaries
+            )
+        }
+        _ => Ok(()),
     }
 }
 

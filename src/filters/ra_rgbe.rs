@@ -50,8 +50,13 @@ impl Filter for RaRgbe {
                 "the picture is display-referred; a master is recorded before tone mapping (--force records it)"
             );
         }
-        if self.gamut == Gamut::None {
-            return usage!("--gamut none: RGBE holds no negative component; choose clip or desaturate, or --xyze");
+        if input.header().units == Units::Relative {
+            return invalid!(
+                "the picture is relative (UNITS=relative); the format holds light, say --units cd/m2 to take it so"
+            );
+        }
+        if ![Gamut::Clip, Gamut::Desaturate].contains(&self.gamut) {
+            return usage!("--gamut: choose clip or desaturate, or --xyze, which holds every visible colour");
         }
         let (picture, format) = if self.xyze {
             (tristimulus(input)?, "32-bit_rle_xyze")

@@ -1,26 +1,119 @@
-//! spec2xyz: spectral radiance to tristimulus values, Eq. (4).
+//! spec2xyz: spectral radiance to tristimulus values, Eq. (4) of [Ward 2001], or to any weighted sum of wavelengths.
 
-use clap::Args;
+use clap::{Args, ValueEnum, ValueHint};
 use serde::{Deserialize, Serialize};
 
 use crate::clap_defaults;
+use crate::color::Xy;
 use crate::filter::{Filter, Product, Run};
-use crate::stream::{Picture, tristimulus};
-use crate::{Error, Result};
+use crate::spectral::{Observer, Spectrum, builtin};
+use crate::stream::tristimulus::{integrated, tristimulus, weights};
+use crate::stream::{Components, Header, Picture, Units};
+use crate::{Error, Result, invalid, usage};
 
-/// Options of `spec2xyz`: none yet beyond the common ones.
+/// A standard observer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+pub enum ObserverName {
+    /// CIE 1931, 2 degrees
+    #[serde(rename = "1931")]
+    #[value(name = "1931")]
+    Cie1931,
+    /// CIE 1964, 10 degrees
+    #[serde(rename = "1964")]
+    #[value(name = "1964")]
+    Cie1964,
+}
+
+/// Options of `spec2xyz`.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
-pub struct Spec2xyz {}
+pub struct Spec2xyz {
+    /// Standard observer
+    #[arg(long, value_enum, value_name = "YEAR", default_value = "1931")]
+    pub observer: ObserverName,
+    /// Make Y 1 for a perfect diffuser under this illuminant, taken as tabulated: a name such as D65, or a CSV file
+    #[arg(long, value_name = "ILLUMINANT", value_hint = ValueHint::FilePath)]
+    pub relative_to: Option<String>,
+    /// Integrate against this response instead, and the next: tables of spectra/ such as alphaopic_melanopic, or CSV files
+    #[arg(long, value_name = "RESPONSE", value_hint = ValueHint::FilePath, conflicts_with_all = ["observer", "relative_to"])]
+    pub response: Vec<String>,
+    /// With --response: times this, such as 683 lm/W
+    #[arg(long, value_name = "K", default_value_t = 1.0)]
+    pub factor: f64,
+}
 clap_defaults!(Spec2xyz);
+
+/// A table by name or file.
+fn table(name: &str) -> Result<Spectrum> {
+    if !name.to_ascii_lowercase().ends_with(".csv") {
+        return builtin::spectrum(name);
+    }
+    let text = std::fs::read_to_string(name).map_err(|e| Error::io(name, e))?;
+    Spectrum::from_csv(&text).map_err(|e| e.within(name))
+}
+
+impl Spec2xyz {
+    fn observer(&self) -> Result<Observer> {
+        match self.observer {
+            ObserverName::Cie1931 => Observer::cie1931(),
+            ObserverName::Cie1964 => Observer::cie1964(),
+        }
+    }
+
+    /// Any weighted sums.
+    fn responses(&self, input: Box<dyn Picture>) -> Result<Box<dyn Picture>> {
+        if !(self.factor.is_finite() && self.factor != 0.0) {
+            return usage!("--factor {} must be a number other than 0", self.factor);
+        }
+        let sampling = sampling(input.header())?;
+        let mut rows = Vec::new();
+        for name in &self.response {
+            let weights = sampling.response_weights(&table(name)?);
+            rows.push(weights.into_iter().map(|w| w * self.factor).collect::<Vec<f64>>());
+        }
+        let mut header = input.header().clone();
+        header.become_tristimulus(Components::Response, Units::Weighted);
+        integrated(input, header, &rows)
+    }
+}
+
+fn sampling(header: &Header) -> Result<crate::spectral::Sampling> {
+    if !matches!(header.components, Components::Spectrum | Components::Stokes) {
+        return invalid!("expected a spectrum, the picture is {}", header.components);
+    }
+    header.sampling.clone().ok_or_else(|| Error::Invalid("the picture lists no wavelengths".into()))
+}
 
 impl Filter for Spec2xyz {
     const NAME: &'static str = "spec2xyz";
-    const ABOUT: &'static str = "Integrate spectral radiance to XYZ in cd/m2 (CIE 1931, 683 lm/W)";
-    const EXAMPLE: &'static str = "spectrace --output spectrum scenes/cornell.toml | spec2xyz > cornell.xyz";
+    const ABOUT: &'static str = "Integrate spectral radiance to XYZ in cd/m2 (Eq. 4), or against any response";
+    const EXAMPLE: &'static str = "spectrace --output spectrum scenes/cornell.toml | spec2xyz > cornell.xyz\nspec2xyz --response alphaopic_melanopic < spectrum.lux | picinfo";
 
     fn start(self, input: Option<Box<dyn Picture>>, _: &Run) -> Result<Product> {
         let input = input.ok_or_else(|| Error::Usage("expected a picture".into()))?;
-        tristimulus(input).map(Product::Picture)
+        if !self.response.is_empty() {
+            return self.responses(input).map(Product::Picture);
+        }
+        if self.observer == ObserverName::Cie1931 && self.relative_to.is_none() {
+            return tristimulus(input).map(Product::Picture);
+        }
+        let observer = self.observer()?;
+        let mut rows = match self.observer {
+            // A matrix in the header stands for the 1931 observer.
+            ObserverName::Cie1931 => weights(input.header(), &observer)?,
+            ObserverName::Cie1964 => sampling(input.header())?.xyz_weights(&observer),
+        };
+        sampling(input.header())?;
+        let mut header = input.header().clone();
+        header.become_tristimulus(Components::Xyz, Units::CdM2);
+        if let Some(name) = &self.relative_to {
+            let xyz = observer.integrate(&table(name)?);
+            let white = Xy::of(xyz).ok_or_else(|| Error::Invalid(format!("--relative-to {name}: no visible light")))?;
+            let scale = 1.0 / (crate::units::K_M * xyz[1]);
+            rows.iter_mut().flatten().for_each(|w| *w *= scale);
+            header.units = Units::Relative;
+            header.white = Some(white);
+        }
+        integrated(input, header, &rows).map(Product::Picture)
     }
 }

@@ -3,7 +3,7 @@
 use super::Spectrum;
 use crate::{Error, Result};
 
-static FILES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/builtin.rs"));
+static FILES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/spectra.rs"));
 
 /// Names of all built-in tables, sorted.
 pub fn names() -> impl Iterator<Item = &'static str> {

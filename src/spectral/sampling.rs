@@ -83,37 +83,44 @@ impl Sampling {
     }
 
     /// Eq. (4) as three rows of weights: XYZ in cd/m2 = weights x radiance components in W/sr/m2/nm.
-    ///
-    /// A bin's weight is the CMF's integral over it; a point's is the CMF summed on the 1 nm grid under the hat function
-    /// that linear interpolation gives it.
     pub fn xyz_weights(&self, observer: &Observer) -> [Vec<f64>; 3] {
-        observer.cmf.each_ref().map(|cmf| match self {
+        observer.cmf.each_ref().map(|cmf| self.response_weights(cmf).into_iter().map(|w| K_M * w).collect())
+    }
+
+    /// Weights that integrate components against a response.
+    ///
+    /// A bin's weight is the response's integral over it; a point's is the response summed on the 1 nm grid under the hat
+    /// function that linear interpolation gives it.
+    pub fn response_weights(&self, response: &Spectrum) -> Vec<f64> {
+        match self {
             Sampling::Bins { count, .. } => (0..*count)
                 .map(|i| {
                     let (a, b) = self.edges(i);
-                    K_M * cmf.integral(a, b)
+                    response.integral(a, b)
                 })
                 .collect(),
-            Sampling::Points(nm) => point_weights(nm, cmf),
-        })
+            Sampling::Points(nm) => point_weights(nm, response),
+        }
     }
 }
 
-fn point_weights(nm: &[f64], cmf: &Spectrum) -> Vec<f64> {
+fn point_weights(nm: &[f64], response: &Spectrum) -> Vec<f64> {
     let mut weights = vec![0.0; nm.len()];
     let mut order: Vec<usize> = (0..nm.len()).collect();
     order.sort_by(|a, b| nm[*a].total_cmp(&nm[*b]));
-    let Spectrum::Table(grid) = cmf else { return weights };
-    for (lambda, value) in grid {
-        let above = order.partition_point(|i| nm[*i] < *lambda);
+    let (low, high) = (nm[order[0]].ceil(), nm[order[order.len() - 1]].floor());
+    for step in 0..=(high - low).max(-1.0) as usize {
+        let lambda = low + step as f64;
+        let value = response.at(lambda);
+        let above = order.partition_point(|i| nm[*i] < lambda);
         let Some(&b) = order.get(above) else { continue };
-        if nm[b] == *lambda {
-            weights[b] += K_M * value;
+        if nm[b] == lambda {
+            weights[b] += value;
         } else if above > 0 {
             let a = order[above - 1];
             let f = (lambda - nm[a]) / (nm[b] - nm[a]);
-            weights[a] += K_M * value * (1.0 - f);
-            weights[b] += K_M * value * f;
+            weights[a] += value * (1.0 - f);
+            weights[b] += value * f;
         }
     }
     weights

@@ -28,6 +28,8 @@ pub enum Components {
     Spectrum,
     /// Stokes vectors I, Q, U, V of the first wavelength, then of the next.
     Stokes,
+    /// Spectral radiance weighted by responses, one component a response.
+    Response,
 }
 
 impl Components {
@@ -39,6 +41,7 @@ impl Components {
             Components::Rgb => "RGB",
             Components::Spectrum => "SPECTRUM",
             Components::Stokes => "STOKES",
+            Components::Response => "RESPONSE",
         }
     }
 }
@@ -47,12 +50,14 @@ impl std::str::FromStr for Components {
     type Err = Error;
     fn from_str(s: &str) -> Result<Self> {
         use Components::*;
-        [Y, Xyz, Rgb, Spectrum, Stokes].into_iter().find(|c| c.name().eq_ignore_ascii_case(s)).ok_or_else(|| {
-            Error::Invalid(format!(
-                "components '{}': expected Y, XYZ, RGB, SPECTRUM or STOKES",
-                printable(s.as_bytes())
-            ))
-        })
+        [Y, Xyz, Rgb, Spectrum, Stokes, Response].into_iter().find(|c| c.name().eq_ignore_ascii_case(s)).ok_or_else(
+            || {
+                Error::Invalid(format!(
+                    "components '{}': expected Y, XYZ, RGB, SPECTRUM, STOKES or RESPONSE",
+                    printable(s.as_bytes())
+                ))
+            },
+        )
     }
 }
 
@@ -72,6 +77,10 @@ pub enum Units {
     CdM2,
     /// Linear, 0 the display's black and 1 its white.
     Display,
+    /// Linear, 1 the luminance of a perfect diffuser.
+    Relative,
+    /// W/sr/m2, or that times the factor a response was given.
+    Weighted,
 }
 
 impl Units {
@@ -81,6 +90,8 @@ impl Units {
             Units::SpectralRadiance => "W/sr/m2/nm",
             Units::CdM2 => "cd/m2",
             Units::Display => "display",
+            Units::Relative => "relative",
+            Units::Weighted => "W/sr/m2",
         }
     }
 }
@@ -89,8 +100,11 @@ impl std::str::FromStr for Units {
     type Err = Error;
     fn from_str(s: &str) -> Result<Self> {
         use Units::*;
-        [SpectralRadiance, CdM2, Display].into_iter().find(|u| u.name() == s).ok_or_else(|| {
-            Error::Invalid(format!("units '{}': expected W/sr/m2/nm, cd/m2 or display", printable(s.as_bytes())))
+        [SpectralRadiance, CdM2, Display, Relative, Weighted].into_iter().find(|u| u.name() == s).ok_or_else(|| {
+            Error::Invalid(format!(
+                "units '{}': expected W/sr/m2/nm, W/sr/m2, cd/m2, relative or display",
+                printable(s.as_bytes())
+            ))
         })
     }
 }

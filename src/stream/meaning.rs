@@ -147,7 +147,11 @@ fn read_variables(lines: Vec<(usize, Vec<u8>)>) -> Result<Stated> {
             b"NROWS" => s.rows = Some(whole()?),
             b"NCOLS" => s.columns = Some(whole()?),
             b"COMPONENTS" => s.components = Some(word()?.parse().map_err(|_| wrong("unknown components"))?),
-            b"UNITS" => s.units = Some(word()?.parse().map_err(|_| wrong("expected W/sr/m2/nm, cd/m2 or display"))?),
+            b"UNITS" => {
+                s.units = Some(
+                    word()?.parse().map_err(|_| wrong("expected W/sr/m2/nm, W/sr/m2, cd/m2, relative or display"))?,
+                )
+            }
             b"WAVELENGTH_SPLITS" => s.splits = Some(numbers(4)?),
             b"WAVELENGTHS" => s.wavelengths = Some(numbers(0)?),
             b"XYZ_MATRIX_X" => s.matrix[0] = Some(numbers(0)?),
@@ -264,7 +268,7 @@ fn float(s: &Stated, o: &Overrides, resolution: Resolution, notes: &mut Vec<Stri
     let fits = match components {
         Components::Y => ncomp == 1,
         Components::Xyz | Components::Rgb => ncomp == 3,
-        Components::Spectrum => true,
+        Components::Spectrum | Components::Response => true,
         Components::Stokes => ncomp.is_multiple_of(4),
     };
     if !fits {
@@ -291,8 +295,11 @@ fn float(s: &Stated, o: &Overrides, resolution: Resolution, notes: &mut Vec<Stri
         };
     }
     let units = o.units.or(s.units);
-    if units == Some(Units::SpectralRadiance) {
-        return invalid!("UNITS=W/sr/m2/nm does not go with COMPONENTS={components}");
+    if components == Components::Response {
+        return Ok(Header::new(resolution, components, ncomp, units.unwrap_or(Units::Weighted)));
+    }
+    if matches!(units, Some(Units::SpectralRadiance | Units::Weighted)) {
+        return invalid!("UNITS={} does not go with COMPONENTS={components}", units.map_or("", Units::name));
     }
     if s.components.is_none() && o.components.is_none() {
         let what = if components == Components::Xyz { "XYZ in cd/m2" } else { "RGB in W/sr/m2 (179 lm/W)" };

@@ -115,6 +115,31 @@ impl Picture for Mapped {
     }
 }
 
+/// A picture that says something after its last row.
+struct AtEnd<F> {
+    input: Box<dyn Picture>,
+    say: Option<F>,
+}
+
+/// Calls `say` once the last row has been read.
+pub fn at_end(input: Box<dyn Picture>, say: impl FnOnce() + Send + 'static) -> Box<dyn Picture> {
+    Box::new(AtEnd { input, say: Some(say) })
+}
+
+impl<F: FnOnce() + Send> Picture for AtEnd<F> {
+    fn header(&self) -> &Header {
+        self.input.header()
+    }
+
+    fn next(&mut self, block: &mut Block) -> Result<bool> {
+        let more = self.input.next(block)?;
+        if let Some(say) = self.say.take_if(|_| !more) {
+            say();
+        }
+        Ok(more)
+    }
+}
+
 /// Multiplies each pixel's components by their factors.
 pub fn scale(data: &mut [f32], factors: &[f32]) {
     for pixel in data.chunks_exact_mut(factors.len()) {

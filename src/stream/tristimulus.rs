@@ -11,15 +11,13 @@ use crate::{Error, Result, invalid};
 pub fn tristimulus(input: Box<dyn Picture>) -> Result<Box<dyn Picture>> {
     match input.header().components {
         Components::Xyz | Components::Rgb => to_xyz(input),
-        Components::Spectrum => {
+        Components::Spectrum | Components::Stokes => {
             let weights = weights(input.header(), &Observer::cie1931()?)?;
-            integrated(input, weights, 1)
+            let mut header = input.header().clone();
+            header.become_tristimulus(Components::Xyz, Units::CdM2);
+            integrated(input, header, &weights)
         }
-        Components::Stokes => {
-            let weights = weights(input.header(), &Observer::cie1931()?)?;
-            integrated(input, weights, 4)
-        }
-        Components::Y => invalid!("a picture of luminance alone has no colour; expected XYZ, RGB or a spectrum"),
+        other => invalid!("a picture of {other} has no colour; expected XYZ, RGB or a spectrum"),
     }
 }
 
@@ -30,12 +28,28 @@ pub fn weights(header: &Header, observer: &Observer) -> Result<[Vec<f64>; 3]> {
     own.ok_or_else(|| Error::Invalid("the picture lists no wavelengths".into()))
 }
 
-/// Eq. (4) for each pixel; every `stride`-th component counts (4 for Stokes vectors, whose I it is).
-fn integrated(input: Box<dyn Picture>, weights: [Vec<f64>; 3], stride: usize) -> Result<Box<dyn Picture>> {
-    let mut header = input.header().clone();
-    header.become_tristimulus(Components::Xyz, Units::CdM2);
-    let w: Vec<[f32; 3]> = (0..weights[0].len()).map(|k| weights.each_ref().map(|row| row[k] as f32)).collect();
-    Ok(picture::map_across(input, header, move |from, to| sum_weighted(&w, stride, from, to)))
+/// Weighted sums of each pixel's wavelengths, a row of weights a component of the result: Eq. (4) with the observer's
+/// weights. Of Stokes vectors I counts. `header` is the result's, its `ncomp` set here.
+pub fn integrated<W: AsRef<[f64]>>(
+    input: Box<dyn Picture>,
+    mut header: Header,
+    weights: &[W],
+) -> Result<Box<dyn Picture>> {
+    let stride = if input.header().components == Components::Stokes { 4 } else { 1 };
+    header.ncomp = weights.len();
+    let row = |w: &W| w.as_ref().iter().map(|x| *x as f32).collect::<Vec<f32>>();
+    let rows: Vec<Vec<f32>> = weights.iter().map(row).collect();
+    if let [x, y, z] = &rows[..] {
+        let w: Vec<[f32; 3]> = (0..x.len()).map(|k| [x[k], y[k], z[k]]).collect();
+        return Ok(picture::map_across(input, header, move |from, to| sum_weighted(&w, stride, from, to)));
+    }
+    Ok(picture::map_across(input, header, move |from, to| {
+        for (pixel, out) in from.chunks_exact(rows[0].len() * stride).zip(to.chunks_exact_mut(rows.len())) {
+            for (value, row) in out.iter_mut().zip(&rows) {
+                *value = row.iter().zip(pixel.iter().step_by(stride)).map(|(w, x)| w * x).sum();
+            }
+        }
+    }))
 }
 
 /// Pixels summed side by side.
