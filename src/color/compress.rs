@@ -119,7 +119,7 @@ impl Compressor {
             Hue::Oklab => {
                 let lab = self.oklab(xyz);
                 let fits = |k: f64| {
-                    let rgb = self.to_rgb.apply(self.from_oklab([lab[0], lab[1] * k, lab[2] * k]));
+                    let rgb = self.to_rgb.apply(self.unoklab([lab[0], lab[1] * k, lab[2] * k]));
                     let top = rgb.iter().fold(0.0f64, |m, x| m.max(x.abs()));
                     rgb.iter().all(|x| *x >= -1e-9 * top)
                 };
@@ -154,7 +154,7 @@ impl Compressor {
             },
             Hue::Oklab => {
                 let lab = self.oklab(xyz);
-                let moved = self.from_oklab([lab[0], lab[1] * keep, lab[2] * keep]);
+                let moved = self.unoklab([lab[0], lab[1] * keep, lab[2] * keep]);
                 moved.map(|x| x * xyz[1] / moved[1])
             }
         }
@@ -182,7 +182,7 @@ impl Compressor {
         super::difference::oklab([0, 1, 2].map(|i| xyz[i] * self.to_d65[i]))
     }
 
-    fn from_oklab(&self, lab: [f64; 3]) -> [f64; 3] {
+    fn unoklab(&self, lab: [f64; 3]) -> [f64; 3] {
         let xyz = self.lms_to_xyz.apply(self.lab_to_lms.apply(lab).map(|x| x.powi(3)));
         [0, 1, 2].map(|i| xyz[i] / self.to_d65[i])
     }

@@ -11,8 +11,10 @@ use crate::{Error, Result};
 const ROUNDING: f64 = 1e-6;
 /// Places tried along each edge of a luminance's slice before the search narrows.
 const TRIES: usize = 16;
-/// Steps of the narrowing, each by the golden ratio.
-const NARROWINGS: usize = 10;
+/// Valleys of the error that are searched.
+const VALLEYS: usize = 2;
+/// Rounds of the narrowing, each four times finer.
+const NARROWINGS: usize = 4;
 
 /// A display's gamut in linear RGB 0..1, luminance relative to its white.
 #[derive(Clone, Debug)]
@@ -54,34 +56,32 @@ impl Gamut {
             return [if luminance >= 1.0 { 1.0 } else { 0.0 }; 3];
         }
         let wanted = lab(xyz, self.white);
-        let error = |rgb: [f64; 3]| ciede2000(lab(self.to_xyz.apply(rgb), self.white), wanted);
+        let error = |rgb: [f64; 3]| self.difference(rgb, wanted);
+        // The slice's border as a ring: edge number plus place on the edge.
         let corners = slice(y, luminance);
-        let mut best = (f64::MAX, [luminance; 3], 0, 0.0);
-        for (i, a) in corners.iter().enumerate() {
-            let b = corners[(i + 1) % corners.len()];
-            for k in 0..TRIES {
-                let t = k as f64 / TRIES as f64;
-                let e = error(between(*a, b, t));
-                if e < best.0 {
-                    best = (e, between(*a, b, t), i, t);
-                }
-            }
-        }
-        // The minimum lies within a step of the best place, which may be round a corner.
         let n = corners.len();
-        let step = 1.0 / TRIES as f64;
-        for (edge, from, to) in [(best.2, best.3 - step, best.3 + step), ((best.2 + n - 1) % n, 1.0 - step, 1.0)] {
-            if edge != best.2 && best.3 > 0.0 {
-                continue;
-            }
-            let (a, b) = (corners[edge], corners[(edge + 1) % n]);
-            let t = golden(from.max(0.0), to.min(1.0), |t| error(between(a, b, t)));
-            let e = error(between(a, b, t));
-            if e < best.0 {
-                (best.0, best.1) = (e, between(a, b, t));
-            }
-        }
-        best.1.map(|x| x.clamp(0.0, 1.0))
+        let place = |s: f64| {
+            let edge = s.rem_euclid(n as f64);
+            let i = (edge as usize).min(n - 1);
+            between(corners[i], corners[(i + 1) % n], edge - i as f64)
+        };
+        let tries = n * TRIES;
+        let at = |k: usize| k as f64 / TRIES as f64;
+        let errors: Vec<f64> = (0..tries).map(|k| error(place(at(k)))).collect();
+        // CIEDE2000 along the ring may have several valleys: each of the deepest is searched.
+        let valley = |k: &usize| errors[*k] <= errors[(k + 1) % tries] && errors[*k] <= errors[(k + tries - 1) % tries];
+        let mut valleys: Vec<usize> = (0..tries).filter(valley).collect();
+        valleys.sort_by(|a, b| errors[*a].total_cmp(&errors[*b]));
+        let bottom = |k: &usize| narrow((errors[*k], at(*k)), at(1), |s| error(place(s)));
+        let best = valleys.iter().take(VALLEYS).map(bottom).min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or([luminance; 3], |b| place(b.1)).map(|x| x.clamp(0.0, 1.0))
+    }
+
+    /// CIEDE2000 of a displayed colour from a CIELAB one; infinite beyond the neutral, where the formula's mean hue jumps and
+    /// makes an opposite hue look near.
+    fn difference(&self, rgb: [f64; 3], wanted: [f64; 3]) -> f64 {
+        let seen = lab(self.to_xyz.apply(rgb), self.white);
+        if seen[1] * wanted[1] + seen[2] * wanted[2] < 0.0 { f64::INFINITY } else { ciede2000(seen, wanted) }
     }
 
     /// The RGB of the same u'v' saturation: a hue beside the colour's own where the triangle is too narrow, then as much
@@ -163,22 +163,21 @@ fn slice(y: [f64; 3], luminance: f64) -> Vec<[f64; 3]> {
     corners
 }
 
-fn golden(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
-    const SHARE: f64 = 0.618_033_988_749_894_9;
-    let (mut c, mut d) = (b - SHARE * (b - a), a + SHARE * (b - a));
-    let (mut fc, mut fd) = (f(c), f(d));
+/// Follows the best of eight places round the last best, nearer each time. CIEDE2000 jumps where hues lie opposite, which
+/// a search that trusts in slopes would not survive.
+fn narrow(mut best: (f64, f64), mut step: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
     for _ in 0..NARROWINGS {
-        if fc < fd {
-            (b, d, fd) = (d, c, fc);
-            c = b - SHARE * (b - a);
-            fc = f(c);
-        } else {
-            (a, c, fc) = (c, d, fd);
-            d = a + SHARE * (b - a);
-            fd = f(d);
+        let centre = best.1;
+        for k in [-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0] {
+            let s = centre + step * k / 4.5;
+            let e = f(s);
+            if e < best.0 {
+                best = (e, s);
+            }
         }
+        step /= 4.0;
     }
-    0.5 * (a + b)
+    best
 }
 
 #[cfg(test)]
@@ -198,7 +197,7 @@ mod tests {
             let seen = gamut.to_xyz.apply(got);
             prop_assert!((seen[1] - l).abs() < 1e-9);
             let want = lab(xyz, gamut.white);
-            let error = |rgb: [f64; 3]| ciede2000(lab(gamut.to_xyz.apply(rgb), gamut.white), want);
+            let error = |rgb: [f64; 3]| gamut.difference(rgb, want);
             // Brute force over the slice's border.
             let corners = slice(gamut.to_xyz.0[1], l);
             let mut best = f64::MAX;

@@ -179,7 +179,7 @@ mod tests {
             let code = |x: f64| t.encode([x; 3], (0.01, 1000.0), [0.2627, 0.678, 0.0593])[1];
             assert!((0..1000).all(|i| code(f64::from(i) / 1000.0) < code(f64::from(i + 1) / 1000.0)), "{t:?}");
             if t != Transfer::Pq {
-                assert!(code(0.0).abs() < 1e-9 && (code(1.0) - 1.0).abs() < 1e-9, "{t:?}: {}", code(1.0));
+                assert!(code(0.0).abs() < 1e-9 && (code(1.0) - 1.0).abs() < 1e-7, "{t:?}: {}", code(1.0));
             }
         }
         assert!((pq_decode(pq_encode(123.4)) - 123.4).abs() < 1e-9);

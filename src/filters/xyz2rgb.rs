@@ -114,16 +114,17 @@ impl Xyz2rgb {
     /// The header of the result; the stream's white and display are held against those asked for.
     fn header(&self, input: &Header, run: &Run) -> Result<Header> {
         let primaries = self.primaries();
-        if let (Some(d), Some(range)) = (&self.display, input.display.filter(|_| input.units == Units::Display)) {
-            if !d.shows(range) {
-                return invalid!(
-                    "the picture was mapped for {} to {} cd/m2, display {d} shows {:.4} to {:.4}; give pcond --display {d}",
-                    range[0],
-                    range[1],
-                    d.black_cd_m2,
-                    d.white_cd_m2
-                );
-            }
+        let mapped = input.display.filter(|_| input.units == Units::Display);
+        if let (Some(d), Some(range)) = (&self.display, mapped)
+            && !d.shows(range)
+        {
+            return invalid!(
+                "the picture was mapped for {} to {} cd/m2, display {d} shows {:.4} to {:.4}; give pcond --display {d}",
+                range[0],
+                range[1],
+                d.black_cd_m2,
+                d.white_cd_m2
+            );
         }
         if let Some(white) = input.white.filter(|w| w.distance(primaries.white) > SAME_WHITE) {
             let message = format!(
