@@ -4,16 +4,19 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
+/// A larger request is brought down to this many threads a processor.
+const MOST_A_PROCESSOR: usize = 4;
+
 static THREADS: OnceLock<usize> = OnceLock::new();
 
 /// Sets the number of threads for the whole process, before any work; 0 means all processors.
 pub fn set_threads(count: usize) {
     let all = || std::thread::available_parallelism().map_or(1, |n| n.get());
-    let count = if count == 0 { all() } else { count };
-    if THREADS.set(count).is_ok() && count > 1 {
-        // Fails only when a pool exists already, which then serves as well.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(count).build_global();
-    }
+    // More threads than that only take turns.
+    let count = if count == 0 { all() } else { count.min(MOST_A_PROCESSOR * all()) };
+    // Where the system has no threads to give, the work is done on this one.
+    let pool = count > 1 && rayon::ThreadPoolBuilder::new().num_threads(count).build_global().is_ok();
+    let _ = THREADS.set(if pool { count } else { 1 });
 }
 
 /// The number of threads in use.

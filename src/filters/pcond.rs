@@ -1,8 +1,9 @@
 //! pcond: map world luminance to what a display can show, by histogram adjustment: technique C of [Ward 2001], the method of
 //! [Ward 1997] (see `tone::histogram`).
 
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::{Args, ValueHint};
 use serde::{Deserialize, Serialize};
@@ -11,12 +12,12 @@ use crate::clap_defaults;
 use crate::display as medium;
 use crate::filter::{Filter, Product, Run};
 use crate::stream::output::Output;
-use crate::stream::{Components, Picture, Units, picture, spool, tristimulus};
+use crate::stream::{Components, Header, Picture, Units, picture, spool, tristimulus};
 use crate::tone::Curve;
 use crate::tone::fovea::{self, Fovea};
 use crate::tone::histogram::Display;
 use crate::units::RADIANCE_EFFICACY;
-use crate::{Error, Result, usage};
+use crate::{Error, Result, string_serde, usage};
 
 /// Options of `pcond`.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
@@ -31,17 +32,44 @@ pub struct Pcond {
     /// Contrast of the display: white over black
     #[arg(short = 'd', long, value_name = "RATIO", default_value_t = 100.0)]
     pub lddyn: f64,
-    /// One factor for all pixels, from the mean of log luminance
-    #[arg(short = 'l', long)]
+    /// One factor for all pixels, from the mean of log luminance; a scene that fits the display is shifted until all of it
+    /// shows
+    #[arg(short = 'l', long, conflicts_with = "exposure")]
     pub linear: bool,
     /// One given factor for all pixels, in Radiance's sense (179 cd/m2 becomes white at 1), or with a sign in stops
     #[arg(short = 'e', long, value_name = "FACTOR", allow_hyphen_values = true)]
-    pub exposure: Option<String>,
+    pub exposure: Option<Stops>,
     /// Write the map to FILE: 100 lines of world and display luminance, cd/m2
     #[arg(short = 'x', long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub map: Option<PathBuf>,
 }
 clap_defaults!(Pcond);
+
+/// An exposure as Radiance's filters take it, with its spelling.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stops {
+    text: String,
+    factor: f64,
+}
+
+impl FromStr for Stops {
+    type Err = Error;
+    fn from_str(text: &str) -> Result<Stops> {
+        let number: Option<f64> = text.parse().ok().filter(|x: &f64| x.is_finite());
+        let factor = number.map(|n| if text.starts_with(['+', '-']) { n.exp2() } else { n });
+        match factor.filter(|f| (1e-30..1e30).contains(f)) {
+            Some(factor) => Ok(Stops { text: text.to_string(), factor }),
+            None => Err(Error::Invalid(format!("'{text}': expected a factor such as 0.5, or stops such as -1 or +2"))),
+        }
+    }
+}
+
+impl fmt::Display for Stops {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+string_serde!(Stops);
 
 /// Lines of a map file.
 const MAP_LINES: usize = 100;
@@ -61,21 +89,16 @@ impl Pcond {
     }
 
     /// The factor of `--exposure`: display value for 1 cd/m2.
-    fn fixed_factor(&self) -> Result<Option<f64>> {
-        let Some(text) = &self.exposure else { return Ok(None) };
-        let wrong =
-            || Error::Usage(format!("--exposure '{text}': expected a factor such as 0.5, or stops such as -1 or +2"));
-        let number: f64 = text.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(wrong)?;
-        let factor = if text.starts_with(['+', '-']) { number.exp2() } else { number };
-        if !(1e-30..1e30).contains(&factor) {
-            return Err(wrong());
-        }
-        Ok(Some(factor / RADIANCE_EFFICACY))
+    fn fixed_factor(&self) -> Option<f64> {
+        self.exposure.as_ref().map(|e| e.factor / RADIANCE_EFFICACY)
     }
 
     /// Writes `--map`, whole or not at all.
     fn write_map(&self, curve: &Curve, range_cd_m2: (f64, f64)) -> Result<()> {
-        let Some(path) = &self.map else { return Ok(()) };
+        let Some(path) = self.map.as_ref() else { return Ok(()) };
+        if path.as_os_str() == "-" {
+            return usage!("--map needs a file: standard output carries the picture");
+        }
         let mut text = String::new();
         for (world, display) in curve.sampled(range_cd_m2, MAP_LINES) {
             let _ = writeln!(text, "{world:.6e} {display:.6e}");
@@ -86,9 +109,11 @@ impl Pcond {
     }
 }
 
-/// The factor of a linear map, as Radiance counts exposure.
-fn mapped_exposure(display_per_cd_m2: f64) -> Vec<u8> {
-    format!("MAPPED_EXPOSURE={:.4e}", display_per_cd_m2 * RADIANCE_EFFICACY).into_bytes()
+/// All pixels times one factor, which the header records as Radiance counts exposure.
+fn scaled(input: Box<dyn Picture>, mut header: Header, display_per_cd_m2: f64) -> Box<dyn Picture> {
+    header.lines.push(format!("MAPPED_EXPOSURE={:.4e}", display_per_cd_m2 * RADIANCE_EFFICACY).into_bytes());
+    let factor = display_per_cd_m2 as f32;
+    picture::map(input, header, move |pixels| pixels.iter_mut().for_each(|x| *x *= factor))
 }
 
 impl Filter for Pcond {
@@ -113,11 +138,11 @@ impl Filter for Pcond {
         let mut header = input.header().clone();
         header.become_tristimulus(Components::Xyz, Units::Display);
         header.display = Some([display.min_cd_m2, display.max_cd_m2]);
-        if let Some(factor) = self.fixed_factor()? {
-            header.lines.push(mapped_exposure(factor));
-            let factor = factor as f32;
-            let scale = move |pixels: &mut [f32]| pixels.iter_mut().for_each(|x| *x *= factor);
-            return Ok(Product::Picture(picture::map(input, header, scale)));
+        if let Some(factor) = self.fixed_factor() {
+            if self.map.is_some() {
+                return usage!("--map goes with a map that the picture decides, not with --exposure");
+            }
+            return Ok(Product::Picture(scaled(input, header, factor)));
         }
         if let (_, _, true) = fovea::cells(input.header()) {
             run.notes.add("no VIEW line with an angle of view: taking 40 degrees on the long side");
@@ -134,15 +159,15 @@ impl Filter for Pcond {
         let histogram = seen.histogram();
         let Some(range) = histogram.range_cd_m2() else {
             run.notes.add("the picture is black: nothing to map");
+            self.write_map(&Curve::linear(1.0, display), (display.min_cd_m2, display.max_cd_m2))?;
             return Ok(Product::Picture(picture::map(input, header, |pixels| pixels.fill(0.0))));
         };
-        let curve = if self.linear {
+        if self.linear {
             let factor = histogram.linear_factor(display);
-            header.lines.push(mapped_exposure(factor / display.max_cd_m2));
-            Curve::linear(factor, display)
-        } else {
-            histogram.adjusted(display)
-        };
+            self.write_map(&Curve::linear(factor, display), range)?;
+            return Ok(Product::Picture(scaled(input, header, factor / display.max_cd_m2)));
+        }
+        let curve = histogram.adjusted(display);
         self.write_map(&curve, range)?;
         let table = curve.table();
         let apply = move |pixels: &mut [f32]| {

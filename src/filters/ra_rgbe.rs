@@ -55,9 +55,10 @@ impl Filter for RaRgbe {
                 "the picture is relative (UNITS=relative); the format holds light, say --units cd/m2 to take it so"
             );
         }
-        if ![Gamut::Clip, Gamut::Desaturate].contains(&self.gamut) {
+        if !self.xyze && ![Gamut::Clip, Gamut::Desaturate].contains(&self.gamut) {
             return usage!("--gamut: choose clip or desaturate, or --xyze, which holds every visible colour");
         }
+        let (input, replaced) = writer::bounded(input);
         let (picture, format) = if self.xyze {
             (tristimulus(input)?, "32-bit_rle_xyze")
         } else {
@@ -66,7 +67,7 @@ impl Filter for RaRgbe {
         };
         let (notes, desaturate) = (run.notes.clone(), self.gamut == Gamut::Desaturate && !self.xyze);
         let write =
-            Box::new(move |out: &mut Output| writer::write_shared_exponent(picture, format, desaturate, out, &notes));
+            Box::new(move |out: &mut Output| writer::write_shared_exponent(picture, replaced, format, desaturate, out, &notes));
         Ok(Product::Bytes { binary: true, write })
     }
 }

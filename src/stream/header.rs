@@ -284,6 +284,8 @@ pub struct RawHeader {
     pub lines: Vec<(usize, Vec<u8>)>,
     /// The line after the empty one; `None` when the header gave NROWS and NCOLS and the pixels follow at once.
     pub resolution: Option<Resolution>,
+    /// Bytes read in search of a resolution line that turned out to be pixels.
+    pub ahead: Vec<u8>,
 }
 
 /// Reads up to the first pixel byte.
@@ -319,23 +321,48 @@ pub fn read_raw(input: &mut dyn BufRead) -> Result<RawHeader> {
     }
     let states = |key: &[u8]| lines.iter().any(|(_, l)| l.starts_with(key));
     let sized = states(b"NROWS=") && states(b"NCOLS=");
-    let next = if sized { input.fill_buf().map_err(|e| Error::io("", e))?.to_vec() } else { Vec::new() };
-    let resolution = if sized && !looks_like_resolution(&next) {
-        None
-    } else {
-        match read_line(input, number + 1)? {
-            Some(line) => Some(Resolution::parse(line.strip_suffix(b"\r").unwrap_or(&line))?),
-            None => return invalid!("input ends after the header; expected a resolution line such as '-Y 480 +X 640'"),
+    if sized {
+        return Ok(match peek_resolution(input)? {
+            Ok(resolution) => RawHeader { lines, resolution: Some(resolution), ahead: Vec::new() },
+            Err(ahead) => RawHeader { lines, resolution: None, ahead },
+        });
+    }
+    match read_line(input, number + 1)? {
+        Some(line) => {
+            let resolution = Some(Resolution::parse(line.strip_suffix(b"\r").unwrap_or(&line))?);
+            Ok(RawHeader { lines, resolution, ahead: Vec::new() })
         }
-    };
-    Ok(RawHeader { lines, resolution })
+        None => invalid!("input ends after the header; expected a resolution line such as '-Y 480 +X 640'"),
+    }
 }
 
-/// With NROWS and NCOLS given a resolution line may still follow. Pixels would have to begin with exactly these bytes and
-/// parse as a whole line to be mistaken for one.
-fn looks_like_resolution(bytes: &[u8]) -> bool {
-    let end = bytes.iter().take(256).position(|b| *b == b'\n');
-    end.is_some_and(|end| Resolution::parse(&bytes[..end]).is_ok())
+/// With NROWS and NCOLS given a resolution line may still follow. Bytes are taken as long as they could be one; pixels that
+/// were taken so come back.
+fn peek_resolution(input: &mut dyn BufRead) -> Result<Result<Resolution, Vec<u8>>> {
+    let mut taken = Vec::new();
+    loop {
+        let Some(byte) = input.fill_buf().map_err(|e| Error::io("", e))?.first().copied() else { return Ok(Err(taken)) };
+        if byte == b'\n' {
+            return Ok(match Resolution::parse(&taken) {
+                Ok(resolution) => {
+                    input.consume(1);
+                    Ok(resolution)
+                }
+                Err(_) => Err(taken),
+            });
+        }
+        let fits = match taken.len() {
+            0 => b"+-".contains(&byte),
+            1 => b"XY".contains(&byte),
+            2..=63 => byte == b' ' || byte.is_ascii_digit() || b"+-XY\r".contains(&byte),
+            _ => false,
+        };
+        if !fits {
+            return Ok(Err(taken));
+        }
+        taken.push(byte);
+        input.consume(1);
+    }
 }
 
 /// A line without its newline; `None` at the end of input before one.

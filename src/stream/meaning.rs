@@ -8,6 +8,9 @@ use crate::stream::{Components, Header, Resolution, Units};
 use crate::units::{RADIANCE_BAND, RADIANCE_EFFICACY};
 use crate::{Error, Result, invalid};
 
+/// Most components a pixel may have: every nanometre from 1 to 4096, or as many Stokes numbers.
+pub const MOST_COMPONENTS: usize = 4096;
+
 /// How pixels are coded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coding {
@@ -111,10 +114,13 @@ pub fn settle(raw: RawHeader, overrides: &Overrides) -> Result<Meaning> {
 
 fn read_variables(lines: Vec<(usize, Vec<u8>)>) -> Result<Stated> {
     let mut s = Stated { exposure: 1.0, colorcorr: [1.0; 3], ..Stated::default() };
+    // In RGBE and XYZE files FORMAT alone gives components and unit.
+    let format = lines.iter().rev().find_map(|(_, l)| l.strip_prefix(b"FORMAT="));
+    let shared = format.is_some_and(|f| f.starts_with(b"32-bit_rle_"));
     for (number, line) in lines {
         let variable = line.iter().position(|b| *b == b'=').map(|at| (&line[..at], line[at + 1..].trim_ascii()));
         let Some((key, value)) = variable.filter(|(key, _)| !key.iter().any(u8::is_ascii_whitespace)) else {
-            s.units_stale = s.units.is_some() && !line.starts_with(b"\t") && !line.starts_with(b" ");
+            s.units_stale |= s.units.is_some() && !line.starts_with(b"\t") && !line.starts_with(b" ");
             s.passed.push(line);
             continue;
         };
@@ -143,14 +149,25 @@ fn read_variables(lines: Vec<(usize, Vec<u8>)>) -> Result<Stated> {
         let word = || std::str::from_utf8(value).map_err(|_| wrong("expected text"));
         match key {
             b"FORMAT" => s.format = Some(word()?.to_string()),
-            b"NCOMP" => s.ncomp = Some(whole()?),
+            b"NCOMP" => {
+                s.ncomp = Some(whole()?);
+                if s.ncomp.is_some_and(|n| n > MOST_COMPONENTS) {
+                    return Err(wrong(&format!("at most {MOST_COMPONENTS} components")));
+                }
+            }
             b"NROWS" => s.rows = Some(whole()?),
             b"NCOLS" => s.columns = Some(whole()?),
+            b"UNITS" | b"COMPONENTS" if shared => {
+                // Passed on by programs that do not know them; only ours for display pictures means something.
+                s.units = (key == b"UNITS" && value == b"display").then_some(Units::Display).or(s.units);
+                s.units_stale &= key != b"UNITS";
+            }
             b"COMPONENTS" => s.components = Some(word()?.parse().map_err(|_| wrong("unknown components"))?),
             b"UNITS" => {
                 s.units = Some(
                     word()?.parse().map_err(|_| wrong("expected W/sr/m2/nm, W/sr/m2, cd/m2, relative or display"))?,
-                )
+                );
+                s.units_stale = false;
             }
             b"WAVELENGTH_SPLITS" => s.splits = Some(numbers(4)?),
             b"WAVELENGTHS" => s.wavelengths = Some(numbers(0)?),
@@ -215,7 +232,7 @@ fn coding(s: &Stated) -> Result<Coding> {
 
 /// RGBE and XYZE: FORMAT alone gives components and unit, other lines may be stale.
 fn shared_exponent(coding: Coding, s: &Stated, o: &Overrides, resolution: Resolution) -> Result<Header> {
-    if s.ncomp.is_some_and(|n| n != 3) && s.components.is_none() {
+    if s.ncomp.is_some_and(|n| n != 3) {
         return invalid!("NCOMP={} in a picture of 3 components", s.ncomp.unwrap_or(0));
     }
     let display = s.units == Some(Units::Display) && !s.units_stale;

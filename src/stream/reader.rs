@@ -22,9 +22,52 @@ pub struct Input {
     /// For messages: the file's name, or `standard input`.
     pub name: String,
     /// The bytes.
-    pub bytes: BufReader<File>,
+    pub bytes: Bytes,
     /// A regular file: can be read again from `start`.
     seekable: bool,
+}
+
+/// Buffered bytes, some of which may have been read and given back.
+pub struct Bytes {
+    given_back: Vec<u8>,
+    at: usize,
+    inner: BufReader<File>,
+}
+
+impl Bytes {
+    fn left(&self) -> usize {
+        self.given_back.len() - self.at
+    }
+
+    fn position(&mut self) -> std::io::Result<u64> {
+        Ok(self.inner.stream_position()? - self.left() as u64)
+    }
+
+    fn seek_to(&mut self, position: u64) -> std::io::Result<()> {
+        self.at = self.given_back.len();
+        self.inner.seek(SeekFrom::Start(position)).map(drop)
+    }
+}
+
+impl Read for Bytes {
+    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
+        if self.left() == 0 {
+            return self.inner.read(out);
+        }
+        let n = (&self.given_back[self.at..]).read(out)?;
+        self.at += n;
+        Ok(n)
+    }
+}
+
+impl BufRead for Bytes {
+    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+        if self.left() > 0 { Ok(&self.given_back[self.at..]) } else { self.inner.fill_buf() }
+    }
+
+    fn consume(&mut self, n: usize) {
+        if self.left() > 0 { self.at += n } else { self.inner.consume(n) }
+    }
 }
 
 impl Input {
@@ -43,7 +86,8 @@ impl Input {
             return invalid!("{name}: is a folder; expected a picture");
         }
         enlarge_pipe(&file);
-        Ok(Input { name, bytes: BufReader::with_capacity(BUFFER, file), seekable: kind.is_file() })
+        let bytes = Bytes { given_back: Vec::new(), at: 0, inner: BufReader::with_capacity(BUFFER, file) };
+        Ok(Input { name, bytes, seekable: kind.is_file() })
     }
 }
 
@@ -71,7 +115,10 @@ pub struct Reader {
 /// Reads a header and settles what the pixels mean. `notes` collects what had to be assumed.
 pub fn open(mut input: Input, overrides: &Overrides, notes: &Notes) -> Result<Box<dyn Picture>> {
     let name = input.name.clone();
-    let settled = header::read_raw(&mut input.bytes).and_then(|raw| meaning::settle(raw, overrides));
+    let settled = header::read_raw(&mut input.bytes).and_then(|mut raw| {
+        input.bytes.given_back = std::mem::take(&mut raw.ahead);
+        meaning::settle(raw, overrides)
+    });
     let Meaning { header, coding, factors, notes: assumed } = settled.map_err(|e| e.within(&name))?;
     if header.scanline_floats() > LONGEST_SCANLINE {
         return invalid!("{name}: a scanline of {} floats is too long", header.scanline_floats());
@@ -79,7 +126,7 @@ pub fn open(mut input: Input, overrides: &Overrides, notes: &Notes) -> Result<Bo
     for note in assumed {
         notes.add(format!("{name}: {note}"));
     }
-    let start = if input.seekable { input.bytes.stream_position().map_err(|e| Error::io(name, e))? } else { 0 };
+    let start = if input.seekable { input.bytes.position().map_err(|e| Error::io(name, e))? } else { 0 };
     let notes = notes.clone();
     Ok(Box::new(Reader { input, header, coding, factors, decoder: Default::default(), start, row: 0, notes }))
 }
@@ -161,7 +208,7 @@ impl Picture for Reader {
             return Ok(false);
         }
         let name = &self.input.name;
-        self.input.bytes.seek(SeekFrom::Start(self.start)).map_err(|e| Error::io(name.clone(), e))?;
+        self.input.bytes.seek_to(self.start).map_err(|e| Error::io(name.clone(), e))?;
         self.row = 0;
         Ok(true)
     }
@@ -179,7 +226,7 @@ fn explain(error: Error, row: usize, total: usize) -> Error {
 }
 
 /// Fills `data` with `floats` native floats; on an early end `data` holds what came.
-fn read_floats(input: &mut BufReader<File>, floats: usize, data: &mut Vec<f32>) -> Result<()> {
+fn read_floats(input: &mut Bytes, floats: usize, data: &mut Vec<f32>) -> Result<()> {
     if data.len() > floats {
         data.truncate(floats);
     }
@@ -207,7 +254,7 @@ fn read_floats(input: &mut BufReader<File>, floats: usize, data: &mut Vec<f32>) 
     Ok(())
 }
 
-fn read_doubles(input: &mut BufReader<File>, floats: usize, swap: bool, data: &mut Vec<f32>) -> Result<()> {
+fn read_doubles(input: &mut Bytes, floats: usize, swap: bool, data: &mut Vec<f32>) -> Result<()> {
     for _ in 0..floats {
         let mut bytes = [0; 8];
         input.read_exact(&mut bytes).map_err(|e| Error::io("", e))?;

@@ -1,6 +1,8 @@
 //! Writing a picture as a stream: raw floats, or Radiance's RGBE and XYZE.
 
 use std::io::Write;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::ValueEnum;
 use rayon::prelude::*;
@@ -47,10 +49,40 @@ pub fn write(mut picture: Box<dyn Picture>, format: Format, out: &mut Output, no
             Ok(())
         }
         Format::Rgbe => {
-            write_shared_exponent(to_rgb(picture, Primaries::RADIANCE)?, "32-bit_rle_rgbe", false, out, notes)
+            let (picture, bad) = bounded(picture);
+            write_shared_exponent(to_rgb(picture, Primaries::RADIANCE)?, bad, "32-bit_rle_rgbe", false, out, notes)
         }
-        Format::Xyze => write_shared_exponent(to_xyz(picture)?, "32-bit_rle_xyze", false, out, notes),
+        Format::Xyze => {
+            let (picture, bad) = bounded(picture);
+            write_shared_exponent(to_xyz(picture)?, bad, "32-bit_rle_xyze", false, out, notes)
+        }
     }
+}
+
+/// Components beyond this are brought to it before a matrix: no sum of three such products overflows.
+const LARGEST: f32 = 1e37;
+
+/// Counts of what [`bounded`] replaced.
+pub type Replaced = Arc<[AtomicU64; 2]>;
+
+/// The picture with NaN as 0 and what is infinite or over 1e37 as 1e37, before a matrix could turn infinities into NaN; the
+/// pixels concerned are counted, NaN first.
+pub fn bounded(picture: Box<dyn Picture>) -> (Box<dyn Picture>, Replaced) {
+    let replaced = Replaced::default();
+    let count = replaced.clone();
+    let header = picture.header().clone();
+    let n = header.ncomp;
+    let bound = move |pixels: &mut [f32]| {
+        if pixels.iter().all(|x| x.abs() <= LARGEST) {
+            return; // NaN fails the comparison too
+        }
+        for pixel in pixels.chunks_exact_mut(n) {
+            count[0].fetch_add(u64::from(pixel.iter().any(|x| x.is_nan())), Ordering::Relaxed);
+            count[1].fetch_add(u64::from(pixel.iter().any(|x| x.abs() > LARGEST)), Ordering::Relaxed);
+            pixel.iter_mut().for_each(|x| *x = if x.is_nan() { 0.0 } else { x.clamp(-LARGEST, LARGEST) });
+        }
+    };
+    (picture::map(picture, header, bound), replaced)
 }
 
 /// The picture as RGB: untouched if it is that, by the matrix of `primaries` from XYZ.
@@ -89,6 +121,7 @@ pub fn to_xyz(picture: Box<dyn Picture>) -> Result<Box<dyn Picture>> {
 /// RGBE holds W/sr/m2, so cd/m2 are divided by 179; XYZE holds cd/m2 / 179 and says so with `EXPOSURE=5.5866e-03`.
 pub fn write_shared_exponent(
     mut picture: Box<dyn Picture>,
+    replaced: Replaced,
     format: &str,
     desaturate: bool,
     out: &mut Output,
@@ -133,6 +166,8 @@ pub fn write_shared_exponent(
         }
         more = picture.next(&mut block)?;
     }
+    let [nan, overflow] = replaced.each_ref().map(|n| n.load(Ordering::Relaxed));
+    losses.add(Losses { negative: 0, nan, overflow });
     report(losses, &header, notes);
     Ok(())
 }
@@ -156,14 +191,13 @@ fn report(losses: Losses, header: &Header, notes: &Notes) {
         parts.push(format!("{nan} had NaN set to 0"));
     }
     if overflow > 0 {
-        parts.push(format!("{overflow} had a component over 1.7e38 set to that"));
+        parts.push(format!("{overflow} had a component infinite or over 1e37 set to that"));
     }
     if !parts.is_empty() {
         let total = header.resolution.width as u64 * header.resolution.height as u64;
-        let hint = if header.components == Components::Rgb && negative > 0 {
-            "; XYZE would hold every visible colour"
-        } else {
-            ""
+        let hint = match header.components {
+            Components::Rgb if negative > 0 => "; XYZE would hold every visible colour, a float stream all numbers",
+            _ => "; a float stream holds all numbers",
         };
         notes.add(format!("of {total} pixels {}{hint}", parts.join(", ")));
     }
