@@ -70,6 +70,12 @@ impl<'a> Keys<'a> {
         }
     }
 
+    /// A copy of a value of type `T`, if the key is there and holds one.
+    pub fn peek<T: Deserialize<'a>>(&self, key: &str) -> Option<T> {
+        let value = self.table.get(key)?;
+        T::deserialize(ValueDeserializer::from(value.clone())).ok()
+    }
+
     /// A value of type `T`, if the key is there.
     pub fn get<T: Deserialize<'a>>(&mut self, key: &'static str) -> Result<Option<T>> {
         Ok(self.get_spanned(key)?.map(|v| v.0))

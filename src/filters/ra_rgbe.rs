@@ -66,8 +66,9 @@ impl Filter for RaRgbe {
             (writer::to_rgb(input, self.to)?, "32-bit_rle_rgbe")
         };
         let (notes, desaturate) = (run.notes.clone(), self.gamut == Gamut::Desaturate && !self.xyze);
-        let write =
-            Box::new(move |out: &mut Output| writer::write_shared_exponent(picture, replaced, format, desaturate, out, &notes));
+        let write = Box::new(move |out: &mut Output| {
+            writer::write_shared_exponent(picture, replaced, format, desaturate, out, &notes)
+        });
         Ok(Product::Bytes { binary: true, write })
     }
 }

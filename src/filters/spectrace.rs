@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use crate::filter::{Filter, Product, Run};
 use crate::options::{Numbers, Range};
 use crate::render::picture::{Job, render};
-use crate::scene::load;
-use crate::spectral::Sampling;
+use crate::scene::{Scene, load};
+use crate::spectral::{Observer, Sampling};
 use crate::stream::Picture;
 use crate::{Error, Result, clap_defaults, usage};
 
@@ -96,6 +96,23 @@ impl Spectrace {
     }
 }
 
+/// Visible light outside the range is lost to the picture: worth a word.
+fn note_lost_light(scene: &Scene, (from, to): (f64, f64), run: &Run) -> Result<()> {
+    let y = &Observer::cie1931()?.cmf[1];
+    for light in &scene.lights {
+        let all = light.radiance.product_integral(y, 0.0, f64::INFINITY);
+        let within = light.radiance.product_integral(y, from, to);
+        if all > 0.0 && within < 0.99 * all {
+            let name = crate::error::printable(light.name.as_bytes());
+            run.notes.add(format!(
+                "of the light of '{name}' only {:.1} % lies within --range {from}:{to}",
+                100.0 * within / all
+            ));
+        }
+    }
+    Ok(())
+}
+
 impl Filter for Spectrace {
     const NAME: &'static str = "spectrace";
     const ABOUT: &'static str = "Render a scene to absolute XYZ or spectral radiance by path tracing (Eq. 1)";
@@ -112,6 +129,7 @@ impl Filter for Spectrace {
         scene.camera = scene.camera.resized(self.width, self.height);
         let mut job = self.job(scene.camera.height, run)?;
         job.max_bounces = job.max_bounces.min(scene.max_bounces.unwrap_or(u32::MAX));
-        render(scene, &job, run.history.clone()).map(Product::Picture)
+        note_lost_light(&scene, job.range_nm, run)?;
+        render(scene, &job, run.history.clone()).map(Product::Picture).map_err(|e| e.in_file(path))
     }
 }

@@ -12,7 +12,7 @@ use crate::render::sampler::Sampler;
 use crate::scene::{Emitter, Scene};
 use crate::spectral::{Observer, Sampling, Spectrum};
 use crate::stream::{Block, Components, Header, Picture, Resolution, Units};
-use crate::{Error, Result, parallel};
+use crate::{Error, Result, invalid, parallel};
 
 /// What to render.
 #[derive(Clone, Debug)]
@@ -64,7 +64,10 @@ pub fn render(scene: Scene, job: &Job, history: Vec<u8>) -> Result<Box<dyn Pictu
     let units = if job.spectrum { Units::SpectralRadiance } else { Units::CdM2 };
     let (first, end) = job.rows;
     let mut header = Header::new(Resolution::upright(width, end - first), components, ncomp, units);
-    header.white = Some(scene.white()?);
+    header.white = scene.white()?;
+    if header.white.is_none() && !job.spectrum {
+        return invalid!("no surface of the scene gives off visible light");
+    }
     header.sampling = job.spectrum.then(|| job.sampling.clone());
     header.lines.push(history);
     header.lines.push(format!("VIEW= {}", scene.camera.view()).into_bytes());
@@ -100,7 +103,7 @@ fn film<const G: usize>(scene: Arc<Scene>, job: &Job) -> Result<Shade> {
         let film = Bands::<G>::new(&lights, &job.sampling);
         pixels(scene, film, job)
     } else {
-        let film = Tristimulus::<G>::new(&lights, &job.sampling, job.range_nm, &Observer::cie1931()?)?;
+        let film = Tristimulus::<G>::new(&lights, &job.sampling, job.range_nm, &Observer::cie1931()?);
         pixels(scene, film, job)
     }
 }

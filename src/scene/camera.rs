@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3A};
 
+use crate::scene::Frame;
 use crate::{Result, invalid};
 
 /// How directions become places on the picture.
@@ -26,6 +27,7 @@ pub struct Camera {
     right: DVec3,
     up: DVec3,
     half: [f64; 2],
+    frame: Frame,
 }
 
 impl Camera {
@@ -54,7 +56,13 @@ impl Camera {
         };
         let half = [half_width, half_width * size.1 as f64 / size.0 as f64];
         let up = right.cross(forward);
-        Ok(Camera { width: size.0, height: size.1, projection, origin, forward, right, up, half })
+        let frame = Frame { centre: DVec3::ZERO, scale: 1.0 };
+        Ok(Camera { width: size.0, height: size.1, projection, origin, forward, right, up, half, frame })
+    }
+
+    /// The same camera, its rays in the numbers of `frame`.
+    pub fn within(self, frame: Frame) -> Camera {
+        Camera { frame, ..self }
     }
 
     /// The same view with other pixels; width and height keep the shape of the picture if one of them is given.
@@ -71,14 +79,16 @@ impl Camera {
         self
     }
 
-    /// Origin and unit direction through pixel coordinates that count from the upper left corner of the picture.
+    /// Origin in the scene's frame and unit direction through pixel coordinates that count from the upper left corner of the picture.
     pub fn ray(&self, x: f64, y: f64) -> (Vec3A, Vec3A) {
         let right = (2.0 * x / self.width as f64 - 1.0) * self.half[0];
         let up = (1.0 - 2.0 * y / self.height as f64) * self.half[1];
         let offset = self.right * right + self.up * up;
         match self.projection {
-            Projection::Perspective => (self.origin.as_vec3a(), (self.forward + offset).normalize().as_vec3a()),
-            Projection::Parallel => ((self.origin + offset).as_vec3a(), self.forward.as_vec3a()),
+            Projection::Perspective => {
+                (self.frame.place(self.origin).as_vec3a(), (self.forward + offset).normalize().as_vec3a())
+            }
+            Projection::Parallel => (self.frame.place(self.origin + offset).as_vec3a(), self.forward.as_vec3a()),
         }
     }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::ops::Range;
 use std::path::Path;
 
-use glam::{DVec3, Vec3A};
+use glam::DVec3;
 
 use crate::keys::{self, Keys};
 use crate::scene::bvh::{Geometry, Primitive, Surface};
@@ -13,10 +13,10 @@ use crate::scene::camera::{Camera, Projection};
 use crate::scene::emitter::{Emitter, Shape};
 use crate::scene::mesh;
 use crate::scene::spectrum_key::SpectrumKey;
-use crate::scene::{Light, Material, Scene};
-use crate::spectral::{Observer, Spectrum};
+use crate::scene::{Frame, Light, Material, Scene};
+use crate::spectral::{Observer, Spectrum, planck};
 use crate::units::K_M;
-use crate::{Error, Result, invalid};
+use crate::{Error, Result};
 
 /// How much light a light's key asks for, before its surfaces are known.
 enum Power {
@@ -34,16 +34,84 @@ enum Power {
 struct LightKey {
     name: String,
     spectrum: Spectrum,
+    /// The spectrum's integral over all wavelengths, W/sr/m2 where it is radiance; `None` where it has no end.
+    total: Option<f64>,
     power: Power,
     span_error: Error,
+    unused: Error,
 }
 
 /// Everything that grows while shapes are read.
 #[derive(Default)]
 struct Shapes {
-    primitives: Vec<Primitive>,
+    /// In metres.
+    solids: Vec<Solid>,
     surfaces: Vec<Surface>,
+    /// In metres.
     emitters: Vec<Emitter>,
+}
+
+/// A surface in metres, before it gets the geometry's numbers.
+enum Solid {
+    Triangle([DVec3; 3]),
+    Sphere { center: DVec3, radius: f64, inward: bool },
+}
+
+impl Solid {
+    fn middle(&self) -> DVec3 {
+        match self {
+            Solid::Triangle([a, b, c]) => (*a + *b + *c) / 3.0,
+            Solid::Sphere { center, .. } => *center,
+        }
+    }
+
+    /// Largest distance of its surface from a point.
+    fn reach(&self, from: DVec3) -> f64 {
+        match self {
+            Solid::Triangle(t) => t.iter().map(|p| p.distance(from)).fold(0.0, f64::max),
+            Solid::Sphere { center, radius, .. } => center.distance(from) + radius,
+        }
+    }
+
+    fn placed(&self, frame: &Frame) -> Primitive {
+        match self {
+            Solid::Triangle(t) => Primitive::Triangle(t.map(|p| frame.place(p).as_vec3a())),
+            Solid::Sphere { center, radius, inward } => Primitive::Sphere {
+                center: frame.place(*center).as_vec3a(),
+                radius: (radius * frame.scale) as f32,
+                inward: *inward,
+            },
+        }
+    }
+}
+
+/// The frame about the middle of most surfaces, on the scale of half of them: a far sun or a wide ground plane does not
+/// rob the rest of its digits.
+fn frame(solids: &[Solid]) -> Frame {
+    let median = |mut values: Vec<f64>| {
+        let middle = values.len() / 2;
+        *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    if solids.is_empty() {
+        return Frame { centre: DVec3::ZERO, scale: 1.0 };
+    }
+    let axis = |f: fn(DVec3) -> f64| median(solids.iter().map(|s| f(s.middle())).collect());
+    let centre = DVec3::new(axis(|p| p.x), axis(|p| p.y), axis(|p| p.z));
+    let reach = median(solids.iter().map(|s| s.reach(centre)).collect());
+    Frame { centre, scale: if reach > 0.0 { 1.0 / reach } else { 1.0 } }
+}
+
+fn placed_emitter(e: &Emitter, frame: &Frame) -> Emitter {
+    let shape = match &e.shape {
+        Shape::Rectangle { corner, u, v } => {
+            Shape::Rectangle { corner: frame.place(*corner), u: *u * frame.scale, v: *v * frame.scale }
+        }
+        Shape::Triangle(t) => Shape::Triangle(t.map(|p| frame.place(p))),
+        Shape::Sphere { center, radius, inward } => {
+            Shape::Sphere { center: frame.place(*center), radius: radius * frame.scale, inward: *inward }
+        }
+    };
+    Emitter { light: e.light, shape }
 }
 
 /// Reads a scene file.
@@ -80,12 +148,15 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     keys.finish()?;
     let lights =
         lights.into_iter().enumerate().map(|(i, l)| settle_light(l, i, &shapes.emitters)).collect::<Result<_>>()?;
+    let frame = frame(&shapes.solids);
+    let primitives = shapes.solids.iter().map(|s| s.placed(&frame)).collect();
     Ok(Scene {
-        camera,
+        camera: camera.within(frame),
         materials,
         lights,
-        geometry: Geometry::build(shapes.primitives, shapes.surfaces)?,
-        emitters: shapes.emitters,
+        geometry: Geometry::build(primitives, shapes.surfaces)?,
+        emitters: shapes.emitters.iter().map(|e| placed_emitter(e, &frame)).collect(),
+        frame,
         max_bounces: max_bounces.map(|b| b as u32),
     })
 }
@@ -113,11 +184,8 @@ fn unit(keys: &mut Keys) -> Result<f64> {
 fn point(keys: &mut Keys, key: &'static str) -> Result<DVec3> {
     let p: [f64; 3] = keys.need(key)?;
     let p = DVec3::from(p);
-    if p.is_finite() && p.abs().max_element() < 1e9 {
-        Ok(p)
-    } else {
-        Err(keys.wrong(&format!("{key}: {p} is out of range")))
-    }
+    let fits = p.is_finite() && p.abs().max_element() < 1e12;
+    if fits { Ok(p) } else { Err(keys.wrong(&format!("{key}: a coordinate is not finite or beyond 1e12"))) }
 }
 
 fn read_camera(mut k: Keys, metres: f64) -> Result<Camera> {
@@ -168,6 +236,10 @@ fn read_material(name: String, mut k: Keys, folder: &Path) -> Result<Material> {
 }
 
 fn read_light(name: String, mut k: Keys, folder: &Path) -> Result<LightKey> {
+    let kelvin = match k.peek::<SpectrumKey>("spectrum") {
+        Some(SpectrumKey::Blackbody(kelvin)) => Some(kelvin),
+        _ => None,
+    };
     let Some((spectrum, span)) = spectrum(&mut k, "spectrum", folder)? else {
         return Err(k.wrong("key 'spectrum' is missing"));
     };
@@ -176,7 +248,7 @@ fn read_light(name: String, mut k: Keys, folder: &Path) -> Result<LightKey> {
         return Err(k.wrong_key("spectrum", span, &format!("runs from {low} to {high}; light must be positive")));
     }
     let positive = |x: f64| x > 0.0 && x < 1e30;
-    let right = "must be above 0";
+    let right = "must be above 0 and below 1e30";
     let given: Vec<Power> = [
         k.number("radiance", right, positive)?.map(Power::Radiance),
         k.number("luminance", right, positive)?.map(Power::Luminance),
@@ -187,10 +259,17 @@ fn read_light(name: String, mut k: Keys, folder: &Path) -> Result<LightKey> {
     .flatten()
     .collect();
     let span_error = k.wrong("no visible light: its luminance cannot be set");
+    let unused = k.wrong("no shape has it");
+    let total = match (kelvin, &spectrum) {
+        (Some(kelvin), _) => Some(planck::total_radiance(kelvin)),
+        (None, Spectrum::Table(_)) => Some(spectrum.integral(0.0, f64::INFINITY)),
+        (None, Spectrum::Constant(_)) => None,
+    };
     match <[Power; 1]>::try_from(given) {
+        Ok([Power::Watts(_)]) if total.is_none() => Err(k.wrong("watts need a spectrum that ends; this is constant")),
         Ok([power]) => {
             k.finish()?;
-            Ok(LightKey { name, spectrum, power, span_error })
+            Ok(LightKey { name, spectrum, total, power, span_error, unused })
         }
         Err(_) => Err(k.wrong("give one of radiance, luminance, lumens, watts")),
     }
@@ -204,13 +283,10 @@ fn settle_light(key: LightKey, index: usize, emitters: &[Emitter]) -> Result<Lig
         Power::Radiance(factor) => (factor, 1.0),
         Power::Luminance(l) => (l, luminance),
         Power::Lumens(flux) => (flux / (PI * area), luminance),
-        Power::Watts(flux) => {
-            let (from, to) = key.spectrum.extent_nm();
-            (flux / (PI * area), key.spectrum.integral(from, to.min(1e5)))
-        }
+        Power::Watts(flux) => (flux / (PI * area), key.total.unwrap_or(0.0)),
     };
     if area == 0.0 {
-        return invalid!("lights.{}: no shape has it", crate::error::printable(key.name.as_bytes()));
+        return Err(key.unused);
     }
     if !(have > 0.0 && have.is_finite() && wanted.is_finite()) {
         return Err(key.span_error);
@@ -250,11 +326,12 @@ fn read_shape(mut k: Keys, metres: f64, folder: &Path, names: &Names, shapes: &m
             let shift = DVec3::from(k.get::<[f64; 3]>("translate")?.unwrap_or_default());
             let mesh =
                 mesh::load(&folder.join(&file)).map_err(|e| k.wrong_key("file", span.clone(), &e.to_string()))?;
-            let place = |p: [f32; 3]| (Vec3A::from(p).as_dvec3() * scale + shift) * metres;
-            for (i, t) in mesh.triangles.iter().enumerate() {
-                let corners = t.map(|v| place(mesh.positions[v as usize]));
-                add.triangle(corners)
-                    .map_err(|e| k.wrong_key("file", span.clone(), &format!("face {}: {e}", i + 1)))?;
+            let place = |p: [f32; 3]| (DVec3::from(p.map(f64::from)) * scale + shift) * metres;
+            // Scans and CAD have triangles without area: nothing can be seen of them, or shine.
+            let whole =
+                mesh.triangles.iter().filter(|t| add.triangle(t.map(|v| place(mesh.positions[v as usize]))).is_ok());
+            if whole.count() == 0 {
+                return Err(k.wrong_key("file", span, "no face has an area"));
             }
         }
         other => {
@@ -287,15 +364,15 @@ impl Adder<'_> {
         Some(self.shapes.emitters.len() as u32 - 1)
     }
 
-    fn push(&mut self, primitive: Primitive, emitter: Option<u32>) {
-        self.shapes.primitives.push(primitive);
+    fn push(&mut self, solid: Solid, emitter: Option<u32>) {
+        self.shapes.solids.push(solid);
         self.shapes.surfaces.push(Surface { material: self.material, emitter });
     }
 
     fn triangle(&mut self, p: [DVec3; 3]) -> Result<(), String> {
         check_triangle(p)?;
         let emitter = self.emitter(Shape::Triangle(p));
-        self.push(Primitive::Triangle(p.map(|p| p.as_vec3a())), emitter);
+        self.push(Solid::Triangle(p), emitter);
         Ok(())
     }
 
@@ -310,14 +387,14 @@ impl Adder<'_> {
         check_triangle([p[0], p[1], p[2]])?;
         let emitter = self.emitter(Shape::Rectangle { corner: p[0], u, v });
         for t in [[p[0], p[1], p[2]], [p[0], p[2], p[3]]] {
-            self.push(Primitive::Triangle(t.map(|p| p.as_vec3a())), emitter);
+            self.push(Solid::Triangle(t), emitter);
         }
         Ok(())
     }
 
     fn sphere(&mut self, center: DVec3, radius: f64, inward: bool) {
         let emitter = self.emitter(Shape::Sphere { center, radius, inward });
-        self.push(Primitive::Sphere { center: center.as_vec3a(), radius: radius as f32, inward }, emitter);
+        self.push(Solid::Sphere { center, radius, inward }, emitter);
     }
 
     /// Six rectangles that face outward.
@@ -342,6 +419,11 @@ fn check_triangle(p: [DVec3; 3]) -> Result<(), String> {
     if p.iter().any(|p| !p.is_finite() || p.abs().max_element() >= 1e9) {
         return Err("a corner is not finite or beyond 1e9 m".into());
     }
-    let f = p.map(|p| p.as_vec3a());
-    if (f[1] - f[0]).cross(f[2] - f[0]).length() > 0.0 { Ok(()) } else { Err("three corners lie on one line".into()) }
+    let (u, v) = (p[1] - p[0], p[2] - p[0]);
+    // Thinner than floats can tell from a line.
+    if u.cross(v).length() > 1e-7 * u.length() * v.length() {
+        Ok(())
+    } else {
+        Err("three corners lie on one line".into())
+    }
 }

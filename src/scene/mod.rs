@@ -8,9 +8,11 @@ pub mod mesh;
 pub mod ray;
 pub mod spectrum_key;
 
+use glam::DVec3;
+
+use crate::Result;
 use crate::color::Xy;
 use crate::spectral::{Observer, Spectrum};
-use crate::{Result, invalid};
 
 pub use bvh::{Geometry, Hit};
 pub use camera::Camera;
@@ -28,8 +30,27 @@ pub struct Scene {
     pub geometry: Geometry,
     /// Surfaces that shine, each with its light.
     pub emitters: Vec<Emitter>,
+    /// Where the geometry's numbers come from.
+    pub frame: Frame,
     /// Most bounces that the scene file asks for.
     pub max_bounces: Option<u32>,
+}
+
+/// Rays are traced in numbers near 1, where floats are finest: (place - centre) x scale, place in metres. Radiance does not
+/// know the difference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Middle of the scene, m.
+    pub centre: DVec3,
+    /// Units a metre.
+    pub scale: f64,
+}
+
+impl Frame {
+    /// A place in metres as the geometry has it.
+    pub fn place(&self, metres: DVec3) -> DVec3 {
+        (metres - self.centre) * self.scale
+    }
 }
 
 /// A diffuse surface.
@@ -53,8 +74,8 @@ pub struct Light {
 }
 
 impl Scene {
-    /// Chromaticity of the light that emits the most luminous flux: the picture's white.
-    pub fn white(&self) -> Result<Xy> {
+    /// Chromaticity of the light that emits the most luminous flux: the picture's white. `None` without visible light.
+    pub fn white(&self) -> Result<Option<Xy>> {
         let observer = Observer::cie1931()?;
         let mut best: Option<(f64, Xy)> = None;
         for (i, light) in self.lights.iter().enumerate() {
@@ -65,9 +86,6 @@ impl Scene {
                 best = Some((flux, xy));
             }
         }
-        match best {
-            Some((flux, xy)) if flux > 0.0 => Ok(xy),
-            _ => invalid!("no surface of the scene gives off visible light"),
-        }
+        Ok(best.filter(|b| b.0 > 0.0).map(|b| b.1))
     }
 }

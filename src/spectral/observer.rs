@@ -26,7 +26,7 @@ impl Observer {
         Ok(Observer { cmf: [channel("x")?, channel("y")?, channel("z")?] })
     }
 
-    /// Eq. (4): the integral of `s` x CMF as a sum over the 1 nm grid, without the factor 683.
+    /// Eq. (4): the integral of `s` x CMF, both linear between their points, without the factor 683.
     ///
     /// ```
     /// use luxpipe::spectral::{Observer, Spectrum};
@@ -34,9 +34,6 @@ impl Observer {
     /// assert!((y - luxpipe::units::YBAR_INTEGRAL_NM).abs() < 1e-3);
     /// ```
     pub fn integrate(&self, s: &Spectrum) -> [f64; 3] {
-        self.cmf.each_ref().map(|c| {
-            let Spectrum::Table(points) = c else { return 0.0 };
-            points.iter().map(|(nm, value)| value * s.at(*nm)).sum()
-        })
+        self.cmf.each_ref().map(|c| c.product_integral(s, 0.0, f64::INFINITY))
     }
 }

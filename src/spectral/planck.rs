@@ -21,6 +21,15 @@ pub fn blackbody(kelvin: f64) -> Result<Spectrum> {
     Spectrum::from_points((250..=2500).map(|nm| (nm as f64, radiance(nm as f64))).collect())
 }
 
+/// Radiance of a blackbody over all wavelengths, W/sr/m2: sigma T^4 / pi (Stefan and Boltzmann).
+///
+/// ```
+/// assert!((luxpipe::spectral::planck::total_radiance(2856.0) / 1.2009e6 - 1.0).abs() < 1e-4);
+/// ```
+pub fn total_radiance(kelvin: f64) -> f64 {
+    5.670_374_419e-8 * kelvin.powi(4) / std::f64::consts::PI
+}
+
 /// CIE daylight of a correlated colour temperature of 4000 to 25000 K, relative (100 at 560 nm).
 ///
 /// The locus is the CIE's cubic in 1000/T; T is on the scale of c2 = 1.438e-2 m K on which the D illuminants stand

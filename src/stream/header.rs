@@ -341,7 +341,9 @@ pub fn read_raw(input: &mut dyn BufRead) -> Result<RawHeader> {
 fn peek_resolution(input: &mut dyn BufRead) -> Result<Result<Resolution, Vec<u8>>> {
     let mut taken = Vec::new();
     loop {
-        let Some(byte) = input.fill_buf().map_err(|e| Error::io("", e))?.first().copied() else { return Ok(Err(taken)) };
+        let Some(byte) = input.fill_buf().map_err(|e| Error::io("", e))?.first().copied() else {
+            return Ok(Err(taken));
+        };
         if byte == b'\n' {
             return Ok(match Resolution::parse(&taken) {
                 Ok(resolution) => {
