@@ -135,8 +135,8 @@ def main():
         rows.append([centre, *map(float, CMF @ s), *map(float, b20), *map(float, 20 * c20 @ s20)])
     write("lasers.csv", ["centre_nm"] + [m + c for m in ("true_", "bins20_", "points20_") for c in "XYZ"], rows)
 
-    # Published matrices, typed from the papers cited in src/color/adapt.rs. Wavelengths with a negative sensor response,
-    # and those whose luminance turns negative by full adaptation, as first-last:count over 380-780 nm.
+    # The matrices as src/color/adapt.rs has them (cats.csv checks their values against another program's). Wavelengths
+    # with a negative sensor response, and those whose luminance turns negative by full adaptation, as first-last:count.
     cats = {
         "cmccat2000": [[0.7982, 0.3389, -0.1371], [-0.5918, 1.5512, 0.0406], [0.0008, 0.0239, 0.9753]],
         "vonkries": [[0.38971, 0.68898, -0.07868], [-0.22981, 1.18340, 0.04641], [0, 0, 1]],
