@@ -6,7 +6,7 @@ FILTERS := $(notdir $(basename $(wildcard src/bin/*.rs)))
 PICTURES := $(patsubst pipelines/%.toml,out/%.png,$(wildcard pipelines/*.toml))
 BIN := target/release
 
-.PHONY: all demo test lint bench man install clean
+.PHONY: all demo test lint bench man paper-colour install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -34,6 +34,14 @@ lint:
 # Ratios to `cat` in the same run: see benches/streams.rs.
 bench:
 	$(CARGO) bench --locked --bench streams
+
+# The paper's colour figures beside ours, as Markdown.
+paper-colour:
+	@$(CARGO) run --locked --quiet --release --example paper_colour
+
+docs/paper-colour.md: examples/paper_colour.rs $(wildcard examples/colour/*.rs)
+	$(MAKE) --no-print-directory --silent paper-colour > $@.part
+	mv $@.part $@
 
 man:
 	$(CARGO) run --locked --quiet --release --example manuals -- out/man

@@ -1,7 +1,9 @@
 //! What the tests share: reading .npy, running a scene in this process, running the real programs.
 #![allow(dead_code)] // each test file uses its part
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
 
 use luxpipe::parallel;
 use luxpipe::render::picture::{Job, render};
@@ -56,4 +58,55 @@ pub fn npy(path: &Path) -> Vec<f32> {
     let text = std::str::from_utf8(&bytes[10..10 + header]).unwrap();
     assert!(text.contains("'<f4'") && text.contains("'fortran_order': False"), "{text}");
     bytes[10 + header..].chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+}
+
+/// A filter that cargo built.
+pub fn program(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_BIN_EXE_luxpipe")).with_file_name(name)
+}
+
+/// Runs a program in the package's folder with bytes on standard input.
+pub fn run(name: &str, args: &[&str], input: &[u8]) -> Output {
+    let mut child = Command::new(program(name))
+        .args(args)
+        .current_dir(root())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let input = input.to_vec();
+    let feeder = std::thread::spawn(move || drop(stdin.write_all(&input))); // a filter may stop reading early
+    let output = child.wait_with_output().unwrap();
+    feeder.join().unwrap();
+    output
+}
+
+/// What it writes; it must succeed.
+pub fn stdout_of(name: &str, args: &[&str], input: &[u8]) -> Vec<u8> {
+    let output = run(name, args, input);
+    assert!(output.status.success(), "{name} {args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output.stdout
+}
+
+/// Header lines, resolution line and pixel bytes of a stream.
+pub fn split(stream: &[u8]) -> (Vec<String>, String, &[u8]) {
+    let end = stream.windows(2).position(|w| w == b"\n\n").unwrap();
+    let lines = String::from_utf8(stream[..end].to_vec()).unwrap().lines().map(String::from).collect();
+    let rest = &stream[end + 2..];
+    let line = rest.iter().position(|b| *b == b'\n').unwrap();
+    (lines, String::from_utf8(rest[..line].to_vec()).unwrap(), &rest[line + 1..])
+}
+
+/// Little-endian floats.
+pub fn floats(bytes: &[u8]) -> Vec<f32> {
+    bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+}
+
+/// A float stream with the given header lines and values.
+pub fn stream(lines: &str, resolution: &str, values: &[f32]) -> Vec<u8> {
+    let mut bytes = format!("#?RADIANCE\n{lines}\nFORMAT=float\n\n{resolution}\n").into_bytes();
+    values.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+    bytes
 }
