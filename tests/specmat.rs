@@ -286,6 +286,8 @@ fn the_toml_fragment_is_toml_with_the_same_numbers() {
     assert!(close(&numbers(&parsed["materials"]["wall"]["rgb"]), wall.relative(), 1e-8));
     let lamp = rows.iter().find(|r| r.name == "desk_lamp").unwrap();
     assert!(close(&numbers(&parsed["lights"]["desk_lamp"]["rgb"]), lamp.relative(), 1e-8));
+    let quoted = text_of(&["--format", "toml", "--source", "{ blackbody = 2856 }"]).parse::<toml::Table>().unwrap();
+    assert_eq!(quoted["working"]["finish"].as_str(), Some("specmat --source '{ blackbody = 2856 }' --finish"));
     assert_eq!(parsed["working"]["space"].as_str(), Some("BT.2020"));
     assert_eq!(numbers(&parsed["working"]["primaries"])[..2], [0.708, 0.292]);
 }

@@ -223,8 +223,8 @@ impl Specmat {
         let rows = work.relative.finish().0.map(|r| list(&r)).join(", ");
         let _ = writeln!(
             text,
-            "to_xyz = [{rows}]   # of the rendered picture, (Rw,Gw,Bw) within\nfinish = '''{}'''",
-            self.closing()
+            "to_xyz = [{rows}]   # of the rendered picture, (Rw,Gw,Bw) within\nfinish = {}",
+            toml::Value::String(self.closing())
         );
         for (name, rgb) in work.relative_materials() {
             let _ = writeln!(text, "\n[materials.\"{name}\"]\nrgb = {}", list(&rgb));
