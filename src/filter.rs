@@ -90,6 +90,7 @@ pub struct Stage {
     pub run: RunOptions,
     /// Needs a picture.
     pub reads: bool,
+    positional: bool,
     signs: bool,
     history: Vec<u8>,
     words: Vec<String>,
@@ -162,6 +163,7 @@ impl Stage {
             format: format.format,
             run,
             reads: own.reads(),
+            positional: F::READS,
             signs: F::SIGNS,
             history,
             words,
@@ -173,7 +175,7 @@ impl Stage {
     pub fn command_words(&self, input: Option<&str>, output: Option<&str>) -> Vec<String> {
         let mut list = vec![self.name.to_string()];
         list.extend(self.words.clone());
-        let read = input.or(if self.reads && output.is_some() { Some("-") } else { None });
+        let read = input.or(if self.positional && output.is_some() { Some("-") } else { None });
         // A file whose name begins with a dash is an option to nobody.
         let file =
             |name: &str| if name.starts_with('-') && name != "-" { format!("./{name}") } else { name.to_string() };

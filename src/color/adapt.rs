@@ -30,6 +30,11 @@ pub enum Cat {
 }
 
 impl Cat {
+    /// As the command line spells it.
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or(String::new(), |v| v.get_name().to_string())
+    }
+
     /// XYZ to sensor responses.
     pub fn matrix(self) -> Mat3 {
         Mat3(match self {

@@ -7,12 +7,14 @@ pub mod estimate;
 pub mod gamut;
 pub mod intent;
 pub mod matrix;
+pub mod relative;
 pub mod rgb;
 pub mod white;
 pub mod xy;
 
 pub use adapt::Cat;
 pub use matrix::Mat3;
+pub use relative::Relative;
 pub use rgb::Primaries;
 pub use white::White;
 pub use xy::Xy;

@@ -26,7 +26,7 @@ const fn primaries(n: [f64; 8]) -> Primaries {
 pub const NAMED: [(&str, Primaries); 8] = [
     ("BT.709", Primaries::BT709),
     ("P3", primaries([0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.3290])),
-    ("BT.2020", primaries([0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.3290])),
+    ("BT.2020", Primaries::BT2020),
     ("Adobe", primaries([0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.3290])),
     ("Radiance", Primaries::RADIANCE),
     ("AP0", primaries([0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767])),
@@ -37,6 +37,8 @@ pub const NAMED: [(&str, Primaries); 8] = [
 impl Primaries {
     /// ITU-R BT.709 and sRGB.
     pub const BT709: Primaries = primaries([0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290]);
+    /// ITU-R BT.2020.
+    pub const BT2020: Primaries = primaries([0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.3290]);
     /// Radiance's default: equal-energy white, and not sRGB.
     pub const RADIANCE: Primaries = primaries([0.64, 0.33, 0.29, 0.60, 0.15, 0.06, 0.3333, 0.3333]);
     /// What a stream of XYZ states.

@@ -5,6 +5,7 @@ mod picinfo;
 mod ra_png;
 mod ra_rgbe;
 mod spec2xyz;
+mod specmat;
 pub mod spectrace;
 mod vonkries;
 mod xyz2rgb;
@@ -14,6 +15,7 @@ pub use picinfo::Picinfo;
 pub use ra_png::RaPng;
 pub use ra_rgbe::RaRgbe;
 pub use spec2xyz::Spec2xyz;
+pub use specmat::Specmat;
 pub use spectrace::Spectrace;
 pub use vonkries::Vonkries;
 pub use xyz2rgb::Xyz2rgb;
@@ -35,4 +37,5 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<RaPng>::NEW,
     &Entry::<RaRgbe>::NEW,
     &Entry::<Picinfo>::NEW,
+    &Entry::<Specmat>::NEW,
 ];

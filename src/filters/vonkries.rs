@@ -137,12 +137,8 @@ impl Filter for Vonkries {
         let m = m.to_f32();
         let mut header = input.header().clone();
         header.white = Some(to);
-        let cat = serde_name(self.cat);
+        let cat = self.cat.name();
         header.adapted = Some(Adapted { from, to, cat, degree: self.degree()? });
         Ok(Product::Picture(picture::map(input, header, move |pixels| matrix::multiply_rows(&m, pixels))))
     }
-}
-
-fn serde_name(cat: Cat) -> String {
-    clap::ValueEnum::to_possible_value(&cat).map_or(String::new(), |v| v.get_name().to_string())
 }

@@ -208,7 +208,8 @@ fn read_camera(mut k: Keys, metres: f64) -> Result<Camera> {
     Ok(camera)
 }
 
-fn spectrum(k: &mut Keys, key: &'static str, folder: &Path) -> Result<Option<(Spectrum, Range<usize>)>> {
+/// The spectrum of a key, with its place.
+pub(super) fn spectrum(k: &mut Keys, key: &'static str, folder: &Path) -> Result<Option<(Spectrum, Range<usize>)>> {
     match k.get_spanned::<SpectrumKey>(key)? {
         None => Ok(None),
         Some((s, span)) => match s.resolve(folder) {

@@ -5,6 +5,7 @@ pub mod camera;
 pub mod emitter;
 pub mod load;
 pub mod mesh;
+pub mod palette;
 pub mod ray;
 pub mod spectrum_key;
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::path::Path;
+use std::str::FromStr;
 
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
@@ -42,6 +43,27 @@ impl SpectrumKey {
             }
             SpectrumKey::Named(name) => builtin::spectrum(&name),
         }
+    }
+}
+
+/// As a word on a command line or in a CSV cell: a number, a name, or TOML where it begins with a bracket.
+///
+/// ```
+/// use luxpipe::scene::spectrum_key::SpectrumKey;
+/// assert_eq!("{ blackbody = 2856 }".parse::<SpectrumKey>().unwrap(), SpectrumKey::Blackbody(2856.0));
+/// assert_eq!("D65".parse::<SpectrumKey>().unwrap(), SpectrumKey::Named("D65".into()));
+/// ```
+impl FromStr for SpectrumKey {
+    type Err = Error;
+    fn from_str(s: &str) -> Result<SpectrumKey> {
+        if s.starts_with(['[', '{']) {
+            let value = toml::de::ValueDeserializer::parse(s).and_then(SpectrumKey::deserialize);
+            let one_line = |m: &str| m.lines().map(str::trim).collect::<Vec<_>>().join(" ");
+            return value.map_err(|e| {
+                Error::Invalid(format!("'{}': {}", crate::error::printable(s.as_bytes()), one_line(e.message())))
+            });
+        }
+        Ok(s.parse().map_or_else(|_| SpectrumKey::Named(s.to_string()), SpectrumKey::Constant))
     }
 }
 
