@@ -4,6 +4,7 @@ pub mod adapt;
 pub mod difference;
 pub mod gamut;
 pub mod matrix;
+pub mod pu21;
 pub mod rgb;
 pub mod white;
 pub mod xy;

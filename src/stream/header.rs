@@ -18,7 +18,7 @@ const LONGEST_HEADER: usize = 1 << 20;
 /// What the components of a pixel are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Components {
-    /// Luminance alone.
+    /// Luminance alone, or one number of another kind.
     Y,
     /// CIE 1931 tristimulus values.
     Xyz,
@@ -72,6 +72,8 @@ pub enum Units {
     CdM2,
     /// Linear, 0 the display's black and 1 its white.
     Display,
+    /// Pure numbers, such as colour differences; only with [`Components::Y`].
+    Number,
 }
 
 impl Units {
@@ -81,6 +83,7 @@ impl Units {
             Units::SpectralRadiance => "W/sr/m2/nm",
             Units::CdM2 => "cd/m2",
             Units::Display => "display",
+            Units::Number => "none",
         }
     }
 }
@@ -89,8 +92,8 @@ impl std::str::FromStr for Units {
     type Err = Error;
     fn from_str(s: &str) -> Result<Self> {
         use Units::*;
-        [SpectralRadiance, CdM2, Display].into_iter().find(|u| u.name() == s).ok_or_else(|| {
-            Error::Invalid(format!("units '{}': expected W/sr/m2/nm, cd/m2 or display", printable(s.as_bytes())))
+        [SpectralRadiance, CdM2, Display, Number].into_iter().find(|u| u.name() == s).ok_or_else(|| {
+            Error::Invalid(format!("units '{}': expected W/sr/m2/nm, cd/m2, display or none", printable(s.as_bytes())))
         })
     }
 }
