@@ -4,9 +4,10 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`error`], [`units`], [`notes`], [`simd`], [`parallel`] | what everything needs |
+//! | [`error`], [`units`], [`notes`], [`simd`], [`parallel`], [`statistics`], [`json`] | what everything needs |
 //! | [`spectral`] | spectra, observers, light sources, sampling |
 //! | [`color`] | chromaticities, primaries, adaptation, gamut |
+//! | [`compare`] | how far two pictures lie apart |
 //! | [`stream`] | the picture that flows between filters |
 //! | [`options`], [`keys`] | options as data, TOML tables |
 //! | [`display`] | what a medium can show, and its curve |
@@ -34,15 +35,19 @@
 //! - [Sharma 2005] G. Sharma, W. Wu, E. Dalal, *The CIEDE2000 Color-Difference Formula*, Color Res. Appl. 30(1), 2005.
 //! - [Ottosson 2020] B. Ottosson, *A perceptual color space for image processing*, 2020.
 //! - [Li 2000] C. Li, M. R. Luo, B. Rigg, *Simplification of the CMCCAT97*, IS&T/SID 8th Color Imaging Conference, 2000.
+//! - [Mantiuk 2021] R. Mantiuk, M. Azimi, *PU21: A novel perceptually uniform encoding for adapting existing quality metrics
+//!   for HDR*, Picture Coding Symposium 2021; parameters from the authors' github.com/gfxdisp/pu21.
 //! - [Waechter 2019] C. Waechter, N. Binder, *A Fast and Robust Method for Avoiding Self-Intersection*, Ray Tracing Gems, 2019.
 
 pub mod cli;
 pub mod codec;
 pub mod color;
+pub mod compare;
 pub mod display;
 pub mod error;
 pub mod filter;
 pub mod filters;
+pub mod json;
 pub mod keys;
 pub mod notes;
 pub mod options;
@@ -52,6 +57,7 @@ pub mod render;
 pub mod scene;
 pub mod simd;
 pub mod spectral;
+pub mod statistics;
 pub mod stream;
 pub mod tone;
 pub mod units;

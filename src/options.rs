@@ -72,7 +72,7 @@ pub struct ReadOptions {
     /// Take the components for Y, XYZ, RGB or SPECTRUM, whatever the header says
     #[arg(long, value_name = "KIND")]
     pub components: Option<Components>,
-    /// Take the values as W/sr/m2/nm, cd/m2 or display
+    /// Take the values as W/sr/m2/nm, cd/m2, display or none
     #[arg(long, value_name = "UNIT")]
     pub units: Option<Units>,
     /// Take this chromaticity as the scene's white

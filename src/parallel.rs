@@ -26,7 +26,7 @@ pub fn threads() -> usize {
 
 /// Runs `f` over consecutive pieces of `data`, each a multiple of `unit` long, on all threads. `f` gets the index of the
 /// piece's first unit.
-pub fn for_pieces(data: &mut [f32], unit: usize, f: impl Fn(usize, &mut [f32]) + Sync) {
+pub fn for_pieces<T: Send>(data: &mut [T], unit: usize, f: impl Fn(usize, &mut [T]) + Sync) {
     let units = data.len() / unit;
     if threads() == 1 || units < 2 {
         return f(0, data);

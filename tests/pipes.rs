@@ -30,6 +30,7 @@ const XYZ: &str = "NCOMP=3\nCOMPONENTS=XYZ\nUNITS=cd/m2\nWHITE= 0.4476 0.4074\nP
 fn readers() -> Vec<(&'static str, Vec<&'static str>)> {
     let options = |name: &str| match name {
         "vonkries" => vec!["--from", "A"],
+        "pcompare" => vec!["tests/data/small_xyz.lux"],
         _ => vec![],
     };
     let reads = |f: &&&dyn luxpipe::filter::Any| f.command().get_arguments().any(|a| a.get_id() == "input");

@@ -11,9 +11,13 @@
 /// assert!((lab([0.18, 0.18, 0.18], w)[0] - 49.496).abs() < 1e-3);
 /// ```
 pub fn lab(xyz: [f64; 3], white: [f64; 3]) -> [f64; 3] {
-    let f = |t: f64| if t > (6.0f64 / 29.0).powi(3) { t.cbrt() } else { t * 841.0 / 108.0 + 4.0 / 29.0 };
-    let [x, y, z] = [0, 1, 2].map(|i| f(xyz[i] / white[i]));
+    let [x, y, z] = [0, 1, 2].map(|i| root(xyz[i] / white[i]));
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+}
+
+/// The cube root, and below (6/29)^3 a line that meets it.
+fn root(t: f64) -> f64 {
+    if t > (6.0f64 / 29.0).powi(3) { t.cbrt() } else { t * 841.0 / 108.0 + 4.0 / 29.0 }
 }
 
 /// XYZ of a CIELAB colour.
@@ -37,7 +41,11 @@ pub fn uv_to_xyz([u, v]: [f64; 2], y: f64) -> [f64; 3] {
 
 /// CIELUV L*, u*, v*.
 pub fn luv(xyz: [f64; 3], white: [f64; 3]) -> [f64; 3] {
-    let l = lab([white[0], xyz[1], white[2]], white)[0];
+    luv_at(116.0 * root(xyz[1] / white[1]) - 16.0, xyz, white)
+}
+
+/// CIELUV of a colour whose L* is known, from CIELAB for instance.
+pub fn luv_at(l: f64, xyz: [f64; 3], white: [f64; 3]) -> [f64; 3] {
     let Some(w) = uv(white) else { return [l, 0.0, 0.0] };
     let [u, v] = uv(xyz).unwrap_or(w);
     [l, 13.0 * l * (u - w[0]), 13.0 * l * (v - w[1])]
@@ -70,13 +78,14 @@ pub fn delta_e_2000(a: [f64; 3], b: [f64; 3], white: [f64; 3]) -> f64 {
 /// assert!((d - 2.0425).abs() < 5e-5);
 /// ```
 pub fn ciede2000(p: [f64; 3], q: [f64; 3]) -> f64 {
-    let chroma = |c: [f64; 3]| c[1].hypot(c[2]);
+    let length = |a: f64, b: f64| (a * a + b * b).sqrt();
+    let chroma = |c: [f64; 3]| length(c[1], c[2]);
     let seventh = |c: f64| (c.powi(7) / (c.powi(7) + 25f64.powi(7))).sqrt();
     let g = 0.5 * (1.0 - seventh(0.5 * (chroma(p) + chroma(q))));
     let polar = |c: [f64; 3]| {
         let a = (1.0 + g) * c[1];
         let hue = if a == 0.0 && c[2] == 0.0 { 0.0 } else { c[2].atan2(a).to_degrees().rem_euclid(360.0) };
-        (c[0], a.hypot(c[2]), hue)
+        (c[0], length(a, c[2]), hue)
     };
     let ((l1, c1, h1), (l2, c2, h2)) = (polar(p), polar(q));
     let grey = c1 * c2 == 0.0;

@@ -7,6 +7,7 @@ pub mod estimate;
 pub mod gamut;
 pub mod intent;
 pub mod matrix;
+pub mod pu21;
 pub mod relative;
 pub mod rgb;
 pub mod white;

@@ -1,5 +1,6 @@
 //! The filters, one file each. A new one: its file here with one line in the list below, and its program in src/bin.
 
+mod pcompare;
 mod pcond;
 mod picinfo;
 mod ra_png;
@@ -10,6 +11,7 @@ pub mod spectrace;
 mod vonkries;
 mod xyz2rgb;
 
+pub use pcompare::Pcompare;
 pub use pcond::Pcond;
 pub use picinfo::Picinfo;
 pub use ra_png::RaPng;
@@ -38,4 +40,5 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<RaRgbe>::NEW,
     &Entry::<Picinfo>::NEW,
     &Entry::<Specmat>::NEW,
+    &Entry::<Pcompare>::NEW,
 ];

@@ -6,17 +6,22 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use crate::clap_defaults;
-use crate::color::Primaries;
+use crate::color::{Primaries, Xy};
 use crate::error::printable;
 use crate::filter::{Filter, Product, Run};
+use crate::json::Json;
 use crate::stream::output::Output;
-use crate::stream::{Block, Components, Header, Picture};
+use crate::stream::{Block, Components, Header, Picture, Units};
 use crate::{Error, Result};
 
-/// Options of `picinfo`: none yet beyond the common ones.
+/// Options of `picinfo`.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
-pub struct Picinfo {}
+pub struct Picinfo {
+    /// Print one JSON object instead of text; what the picture does not have is null
+    #[arg(long, help_heading = "Running")]
+    pub json: bool,
+}
 clap_defaults!(Picinfo);
 
 /// Statistics of one component.
@@ -49,11 +54,28 @@ impl Extremes {
         }
     }
 
+    fn mean(&self) -> Option<f64> {
+        (self.finite > 0).then(|| self.sum / self.finite as f64)
+    }
+
+    fn json(&self, name: &str) -> Json {
+        let some = self.finite > 0;
+        Json::object([
+            ("name", name.into()),
+            ("min", some.then_some(self.min).into()),
+            ("max", some.then_some(self.max).into()),
+            ("mean", self.mean().into()),
+            ("finite", self.finite.into()),
+            ("negative", self.negative.into()),
+            ("nan", self.nan.into()),
+            ("infinite", self.infinite.into()),
+        ])
+    }
+
     fn line(&self, name: &str) -> String {
-        let mut line = if self.finite == 0 {
-            format!("{name:<12}no finite value")
-        } else {
-            format!("{name:<12}{:.6e} to {:.6e}, mean {:.6e}", self.min, self.max, self.sum / self.finite as f64)
+        let mut line = match self.mean() {
+            None => format!("{name:<12}no finite value"),
+            Some(mean) => format!("{name:<12}{:.6e} to {:.6e}, mean {mean:.6e}", self.min, self.max),
         };
         for (count, what) in [(self.negative, "negative"), (self.nan, "NaN"), (self.infinite, "infinite")] {
             if count > 0 {
@@ -77,52 +99,119 @@ impl Filter for Picinfo {
     fn start(self, input: Option<Box<dyn Picture>>, _: &Run) -> Result<Product> {
         let mut picture = input.ok_or_else(|| Error::Usage("expected a picture".into()))?;
         let write = Box::new(move |out: &mut Output| {
-            let text = report(&mut *picture)?;
+            let found = Findings::of(&mut *picture)?;
+            let text = if self.json { format!("{}\n", found.json()) } else { found.text() };
             std::io::Write::write_all(out, text.as_bytes()).map_err(|e| out.error(e))
         });
         Ok(Product::Bytes { binary: false, write })
     }
 }
 
-fn report(picture: &mut dyn Picture) -> Result<String> {
-    let header = picture.header().clone();
-    let mut each = vec![Extremes::NONE; header.ncomp];
-    let mut luminance = Extremes::NONE;
-    let y = luminance_row(&header);
-    let mut decades = [0u64; (*DECADES.end() - *DECADES.start()) as usize + 1];
-    let mut dark = 0u64;
-    let mut block = Block::default();
-    while picture.next(&mut block)? {
-        for pixel in block.data.chunks_exact(header.ncomp) {
-            each.iter_mut().zip(pixel).for_each(|(e, x)| e.add(*x));
-            let Some(y) = &y else { continue };
-            let l: f64 = y.iter().zip(pixel).map(|(a, b)| a * f64::from(*b)).sum();
-            luminance.add(l as f32);
-            if l > 0.0 && l.is_finite() {
-                let decade = (l.log10().floor() as i32).clamp(*DECADES.start(), *DECADES.end());
-                decades[(decade - DECADES.start()) as usize] += 1;
-            } else {
-                dark += 1;
+/// What all pixels of a picture say.
+struct Findings {
+    header: Header,
+    each: Vec<Extremes>,
+    /// Nothing for a picture whose luminance is not a row of numbers.
+    luminance: Option<Luminance>,
+}
+
+struct Luminance {
+    extremes: Extremes,
+    /// Pixels in each of [`DECADES`]; the outermost hold what lies beyond.
+    decades: [u64; (*DECADES.end() - *DECADES.start()) as usize + 1],
+    /// Pixels in none: zero, negative or not finite.
+    dark: u64,
+}
+
+impl Findings {
+    fn of(picture: &mut dyn Picture) -> Result<Findings> {
+        let header = picture.header().clone();
+        let mut each = vec![Extremes::NONE; header.ncomp];
+        let row = luminance_row(&header);
+        let mut l = Luminance { extremes: Extremes::NONE, decades: Default::default(), dark: 0 };
+        let mut block = Block::default();
+        while picture.next(&mut block)? {
+            for pixel in block.data.chunks_exact(header.ncomp) {
+                each.iter_mut().zip(pixel).for_each(|(e, x)| e.add(*x));
+                if let Some(row) = &row {
+                    // A weight of 0 is no part of the sum: NaN in X leaves Y what it is.
+                    l.add(row.iter().zip(pixel).filter(|(a, _)| **a != 0.0).map(|(a, b)| a * f64::from(*b)).sum());
+                }
             }
         }
+        Ok(Findings { header, each, luminance: row.map(|_| l) })
     }
-    let mut text = describe(&header);
-    let names = component_names(&header);
-    for (name, extremes) in names.iter().zip(&each) {
-        let _ = writeln!(text, "{}", extremes.line(name));
-    }
-    if y.is_some() {
-        let _ = writeln!(text, "{}", luminance.line("luminance"));
-        let total = (header.resolution.width * header.resolution.height) as f64;
-        for (decade, count) in DECADES.zip(decades).filter(|(_, count)| *count > 0) {
+
+    fn text(&self) -> String {
+        let mut text = describe(&self.header);
+        for (name, extremes) in component_names(&self.header).iter().zip(&self.each) {
+            let _ = writeln!(text, "{}", extremes.line(name));
+        }
+        let Some(l) = &self.luminance else { return text };
+        let _ = writeln!(text, "{}", l.extremes.line("luminance"));
+        let total = (self.header.resolution.width * self.header.resolution.height) as f64;
+        for (decade, count) in l.filled() {
             let share = 100.0 * count as f64 / total;
             let _ = writeln!(text, "  1e{decade:<+4} {share:6.2} % {}", "#".repeat((share / 2.0).ceil() as usize));
         }
-        if dark > 0 {
-            let _ = writeln!(text, "  none   {:6.2} %", 100.0 * dark as f64 / total);
+        if l.dark > 0 {
+            let _ = writeln!(text, "  none   {:6.2} %", 100.0 * l.dark as f64 / total);
+        }
+        text
+    }
+
+    fn json(&self) -> Json {
+        let h = &self.header;
+        let order = h.resolution.to_string();
+        let order: Vec<&str> = order.split_ascii_whitespace().step_by(2).collect();
+        let xy = |w: Xy| Json::list([w.x, w.y]);
+        let nm = h.sampling.as_ref().map(|s| Json::list((0..s.count()).map(|i| s.centre_nm(i))));
+        let adapted = h.adapted.as_ref().map(|a| {
+            let (cat, degree) = (a.cat.as_str().into(), a.degree.into());
+            Json::object([("from", xy(a.from)), ("to", xy(a.to)), ("cat", cat), ("degree", degree)])
+        });
+        let statistics = component_names(h).into_iter().zip(&self.each).map(|(name, e)| e.json(&name));
+        let decades = self.luminance.as_ref().map(|l| {
+            Json::list(
+                l.filled().map(|(decade, count)| Json::object([("decade", decade.into()), ("pixels", count.into())])),
+            )
+        });
+        Json::object([
+            ("width", h.resolution.width.into()),
+            ("height", h.resolution.height.into()),
+            ("order", order.join(" ").as_str().into()),
+            ("components", h.components.name().into()),
+            ("ncomp", h.ncomp.into()),
+            ("units", h.units.name().into()),
+            ("wavelengths_nm", nm.into()),
+            ("primaries", h.primaries.map(|p| Json::list(p.numbers())).into()),
+            ("white", h.white.map(xy).into()),
+            ("adapted", adapted.into()),
+            ("display_cd_m2", h.display.map(Json::list).into()),
+            ("lines", Json::list(h.lines.iter().map(Vec::as_slice))),
+            ("statistics", Json::list(statistics)),
+            ("luminance", self.luminance.as_ref().map(|l| l.extremes.json("luminance")).into()),
+            ("luminance_decades", decades.into()),
+            ("luminance_in_no_decade", self.luminance.as_ref().map(|l| l.dark).into()),
+        ])
+    }
+}
+
+impl Luminance {
+    fn add(&mut self, l: f64) {
+        self.extremes.add(l as f32);
+        if l > 0.0 && l.is_finite() {
+            let decade = (l.log10().floor() as i32).clamp(*DECADES.start(), *DECADES.end());
+            self.decades[(decade - DECADES.start()) as usize] += 1;
+        } else {
+            self.dark += 1;
         }
     }
-    Ok(text)
+
+    /// Decades with pixels in them, and how many.
+    fn filled(&self) -> impl Iterator<Item = (i32, u64)> {
+        DECADES.zip(self.decades).filter(|(_, count)| *count > 0)
+    }
 }
 
 fn describe(header: &Header) -> String {
@@ -174,7 +263,7 @@ fn component_names(header: &Header) -> Vec<String> {
 /// The row that gives luminance (or its display-referred share) from the components.
 fn luminance_row(header: &Header) -> Option<Vec<f64>> {
     match header.components {
-        Components::Y => Some(vec![1.0]),
+        Components::Y => (header.units != Units::Number).then(|| vec![1.0]),
         Components::Xyz => Some(vec![0.0, 1.0, 0.0]),
         Components::Rgb => header.primaries.unwrap_or(Primaries::RADIANCE).to_xyz().map(|m| m.0[1].to_vec()),
         Components::Spectrum | Components::Stokes | Components::Response => None,

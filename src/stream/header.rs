@@ -18,7 +18,7 @@ const LONGEST_HEADER: usize = 1 << 20;
 /// What the components of a pixel are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Components {
-    /// Luminance alone.
+    /// Luminance alone, or one number of another kind.
     Y,
     /// CIE 1931 tristimulus values.
     Xyz,
@@ -81,6 +81,8 @@ pub enum Units {
     Relative,
     /// W/sr/m2, or that times the factor a response was given.
     Weighted,
+    /// Pure numbers, such as colour differences; only with [`Components::Y`].
+    Number,
 }
 
 impl Units {
@@ -92,6 +94,7 @@ impl Units {
             Units::Display => "display",
             Units::Relative => "relative",
             Units::Weighted => "W/sr/m2",
+            Units::Number => "none",
         }
     }
 }
@@ -100,12 +103,14 @@ impl std::str::FromStr for Units {
     type Err = Error;
     fn from_str(s: &str) -> Result<Self> {
         use Units::*;
-        [SpectralRadiance, CdM2, Display, Relative, Weighted].into_iter().find(|u| u.name() == s).ok_or_else(|| {
-            Error::Invalid(format!(
-                "units '{}': expected W/sr/m2/nm, W/sr/m2, cd/m2, relative or display",
-                printable(s.as_bytes())
-            ))
-        })
+        [SpectralRadiance, CdM2, Display, Relative, Weighted, Number].into_iter().find(|u| u.name() == s).ok_or_else(
+            || {
+                Error::Invalid(format!(
+                    "units '{}': expected W/sr/m2/nm, W/sr/m2, cd/m2, relative, display or none",
+                    printable(s.as_bytes())
+                ))
+            },
+        )
     }
 }
 

@@ -93,6 +93,9 @@ pub fn settle(raw: RawHeader, overrides: &Overrides) -> Result<Meaning> {
         }
         Coding::Float(_) | Coding::Double(_) => float(&stated, overrides, resolution, &mut notes)?,
     };
+    if header.units == Units::Number && header.components != Components::Y {
+        return invalid!("UNITS=none does not go with COMPONENTS={}", header.components);
+    }
     let unit_factor = unit_factor(coding, &stated, overrides, &header);
     header.lines = std::mem::take(&mut stated.passed);
     header.adapted = stated.adapted.take();
@@ -101,8 +104,8 @@ pub fn settle(raw: RawHeader, overrides: &Overrides) -> Result<Meaning> {
         Components::Rgb => header.primaries.map(|p| p.white),
         _ => None,
     });
-    // EXPOSURE is a statement about scene light: it says nothing about display-referred pixels.
-    let scene = header.units != Units::Display;
+    // EXPOSURE is a statement about scene light: it says nothing about display-referred pixels or pure numbers.
+    let scene = !matches!(header.units, Units::Display | Units::Number);
     let factor = |i: usize| {
         let corr = if header.ncomp == 3 { stated.colorcorr[i] } else { 1.0 };
         if scene { (unit_factor / (stated.exposure * corr)) as f32 } else { 1.0 }
@@ -165,7 +168,9 @@ fn read_variables(lines: Vec<(usize, Vec<u8>)>) -> Result<Stated> {
             b"COMPONENTS" => s.components = Some(word()?.parse().map_err(|_| wrong("unknown components"))?),
             b"UNITS" => {
                 s.units = Some(
-                    word()?.parse().map_err(|_| wrong("expected W/sr/m2/nm, W/sr/m2, cd/m2, relative or display"))?,
+                    word()?
+                        .parse()
+                        .map_err(|_| wrong("expected W/sr/m2/nm, W/sr/m2, cd/m2, relative, display or none"))?,
                 );
                 s.units_stale = false;
             }

@@ -56,15 +56,17 @@ impl Output {
         Ok(Output { name, target: Target::File(Box::new(file), path) })
     }
 
-    /// The last act of a filter: everything is written, checked, and the file gets its name.
-    pub fn finish(self) -> Result<()> {
-        match self.target {
-            Target::Stream(mut file) => file.flush().map_err(|e| Error::io(self.name, e)),
-            Target::File(mut file, path) => {
-                file.flush().map_err(|e| Error::io(self.name.clone(), e))?;
-                file.persist(path).map(drop).map_err(|e| Error::io(self.name, e.error))
+    /// The last act of a filter: everything is written, checked, and the file gets its name. Once is enough; a filter whose
+    /// verdict is a failure does it before it says so.
+    pub fn finish(&mut self) -> Result<()> {
+        self.flush().map_err(|e| self.error(e))?;
+        if let Target::File(file, _) = &self.target {
+            let written = Target::Stream(file.as_file().try_clone().map_err(|e| self.error(e))?);
+            if let Target::File(file, path) = std::mem::replace(&mut self.target, written) {
+                file.persist(path).map_err(|e| self.error(e.error))?;
             }
         }
+        Ok(())
     }
 
     /// An error of this destination.
