@@ -3,10 +3,11 @@
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::error::ErrorKind;
 
 use crate::filter::{self, Filter, Stage};
 use crate::notes::Notes;
+use crate::options::one_line;
 use crate::{Error, Result};
 
 /// A filter's whole program.
@@ -57,23 +58,4 @@ pub fn clap_exit(name: &str, e: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     exit(name, Err(Error::Usage(one_line(e))), &Notes::default(), false)
-}
-
-/// Clap's message without its usage block: what is wrong, and the hint if there is one.
-fn one_line(e: &clap::Error) -> String {
-    let rendered = e.to_string();
-    let text: Vec<&str> =
-        rendered.lines().take_while(|l| !l.starts_with("Usage:") && !l.is_empty()).map(str::trim).collect();
-    let mut line = text.join(" ").trim_start_matches("error: ").to_string();
-    for (kind, hint) in [(ContextKind::SuggestedArg, "did you mean"), (ContextKind::SuggestedValue, "did you mean")] {
-        match e.get(kind) {
-            Some(ContextValue::String(s)) => line += &format!("; {hint} '{s}'?"),
-            Some(ContextValue::Strings(s)) if !s.is_empty() => line += &format!("; {hint} '{}'?", s.join("' or '")),
-            _ => {}
-        }
-    }
-    if matches!(e.kind(), ErrorKind::UnknownArgument | ErrorKind::MissingRequiredArgument) {
-        line += "; see --help";
-    }
-    line
 }

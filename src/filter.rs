@@ -303,7 +303,13 @@ impl<F: Filter> Any for Entry<F> {
         let format = if F::FORMATS { take::<FormatOptions>(&mut rest)? } else { FormatOptions::default() };
         let run = take::<RunOptions>(&mut rest)?;
         let own = F::deserialize(toml::de::Deserializer::from(rest))?;
-        Ok(Stage::new(own, read, output, format, run))
+        let stage = Stage::new(own, read, output, format, run);
+        // What options exclude or need each other is the command line's to say.
+        let words = stage.command_words(None, None);
+        match command::<F>().try_get_matches_from(words) {
+            Ok(_) => Ok(stage),
+            Err(e) => Err(serde::de::Error::custom(crate::options::one_line(&e))),
+        }
     }
 }
 

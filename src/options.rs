@@ -5,6 +5,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, Args, Command, ValueHint};
 use serde::{Deserialize, Serialize};
 
@@ -69,7 +70,7 @@ pub struct ReadOptions {
     /// Picture to read: a float stream, RGBE, XYZE or hyperspectral Radiance; standard input if absent or '-'
     #[arg(value_name = "INPUT", value_hint = ValueHint::FilePath)]
     pub input: Option<PathBuf>,
-    /// Take the components for Y, XYZ, RGB or SPECTRUM, whatever the header says
+    /// Take the components for Y, XYZ, RGB, SPECTRUM or STOKES, whatever the header says
     #[arg(long, value_name = "KIND")]
     pub components: Option<Components>,
     /// Take the values as W/sr/m2/nm, cd/m2, display or none
@@ -216,6 +217,11 @@ impl fmt::Display for Range {
 }
 string_serde!(Range);
 
+/// Serialises a path that may not be Unicode, for history lines and shell lines.
+pub fn lossy<S: serde::Serializer>(path: &Option<PathBuf>, s: S) -> Result<S::Ok, S::Error> {
+    path.as_ref().map(|p| p.to_string_lossy().into_owned()).serialize(s)
+}
+
 /// The words that give `options` on a command line, in the order of their definition, defaults left out. `history` also
 /// leaves out everything that changes no pixel and keeps of files their last path part.
 pub fn words<T: Args + Serialize + Default>(options: &T, history: bool) -> Vec<String> {
@@ -226,7 +232,7 @@ pub fn words<T: Args + Serialize + Default>(options: &T, history: bool) -> Vec<S
     for arg in command.get_arguments() {
         let key = arg.get_id().as_str().replace('_', "-");
         let Some(value) = given.get(&key).filter(|v| default.get(&key) != Some(*v)) else { continue };
-        if history && arg.get_help_heading() == Some("Running") {
+        if history && arg.get_help_heading().is_some_and(|h| h.starts_with("Running")) {
             continue;
         }
         push_words(arg, value, history, &mut words);
@@ -276,4 +282,23 @@ pub fn quote(word: &str) -> String {
     } else {
         format!("'{}'", word.replace('\'', r"'\''"))
     }
+}
+
+/// Clap's message without its usage block: what is wrong, and the hint if there is one.
+pub fn one_line(e: &clap::Error) -> String {
+    let rendered = e.to_string();
+    let text: Vec<&str> =
+        rendered.lines().take_while(|l| !l.starts_with("Usage:") && !l.is_empty()).map(str::trim).collect();
+    let mut line = text.join(" ").trim_start_matches("error: ").to_string();
+    for (kind, hint) in [(ContextKind::SuggestedArg, "did you mean"), (ContextKind::SuggestedValue, "did you mean")] {
+        match e.get(kind) {
+            Some(ContextValue::String(s)) => line += &format!("; {hint} '{s}'?"),
+            Some(ContextValue::Strings(s)) if !s.is_empty() => line += &format!("; {hint} '{}'?", s.join("' or '")),
+            _ => {}
+        }
+    }
+    if matches!(e.kind(), ErrorKind::UnknownArgument | ErrorKind::MissingRequiredArgument) {
+        line += "; see --help";
+    }
+    line
 }

@@ -40,6 +40,9 @@ pub fn command() -> clap::Command {
     filter::dress(Luxpipe::augment_args(clap::Command::new("luxpipe")), about, example)
 }
 
+/// The last file descriptor that a POSIX shell lets a saved stage use; 9 carries the picture out.
+const LAST_DESCRIPTOR: usize = 8;
+
 /// A pipeline read from its file.
 pub struct Pipeline {
     stages: Vec<Step>,
@@ -94,6 +97,7 @@ impl Pipeline {
         for (i, step) in self.stages.into_iter().enumerate() {
             let name = step.stage.name;
             let (output, format) = (step.stage.output.clone(), step.stage.format);
+            let notes = &notes.of(name);
             let product = step.stage.start(picture.take(), notes).map_err(|e| e.within(name))?;
             let product = match (product, step.save) {
                 (product, None) => product,
@@ -129,9 +133,14 @@ impl Pipeline {
             command.push(words.join(" "));
             match step.save.as_deref().map(saver).transpose()? {
                 None => {}
-                Some(None) => command.push(format!("tee {}", quote(&name(&step.save).unwrap_or_default()))),
-                Some(Some(save)) => {
+                Some(save) => {
                     let descriptor = savers.len() + 3;
+                    if descriptor > LAST_DESCRIPTOR {
+                        return invalid!(
+                            "a shell command can save {} stages, this pipeline saves more",
+                            LAST_DESCRIPTOR - 2
+                        );
+                    }
                     command.push(format!("tee /dev/fd/{descriptor}"));
                     savers.push((descriptor, save.command_words(None, name(&save.output).as_deref())));
                 }
@@ -173,7 +182,9 @@ fn step(text: &str, stage: Spanned<DeValue>) -> Result<Step> {
             Some(path)
         }
     };
-    let stage = entry.stage(Spanned::new(span, table)).map_err(|e| located(text, e.span(), e.message()))?;
+    let place = span.clone();
+    let stage =
+        entry.stage(Spanned::new(span, table)).map_err(|e| located(text, e.span().or(Some(place)), e.message()))?;
     Ok(Step { stage, save })
 }
 
@@ -206,11 +217,11 @@ fn check(steps: &[Step]) -> Result<()> {
     Ok(())
 }
 
-/// The stage that records a picture under this name: by suffix, `None` for a plain float stream.
-fn saver(path: &Path) -> Result<Option<Stage>> {
+/// The stage that records a picture under this name, by suffix.
+fn saver(path: &Path) -> Result<Stage> {
     let suffix = path.extension().and_then(|s| s.to_str()).unwrap_or("").to_ascii_lowercase();
     let options = match suffix.as_str() {
-        "lux" => return Ok(None),
+        "lux" => filters::RaRgbe { reverse: true, ..Default::default() },
         "hdr" | "pic" | "rgbe" => filters::RaRgbe::default(),
         "xyze" => filters::RaRgbe { xyze: true, ..Default::default() },
         _ => {
@@ -220,7 +231,7 @@ fn saver(path: &Path) -> Result<Option<Stage>> {
             );
         }
     };
-    Ok(Some(Stage::new(options, Default::default(), Some(path.to_path_buf()), Default::default(), Default::default())))
+    Ok(Stage::new(options, Default::default(), Some(path.to_path_buf()), Default::default(), Default::default()))
 }
 
 /// Passes a picture on and records it on the way, on a thread of its own.
@@ -236,12 +247,9 @@ impl Tee {
         let header = input.header().clone();
         let (sender, receiver) = sync_channel(2);
         let copy = Box::new(Copy { header: header.clone(), receiver, rows: 0 });
-        let (path, notes) = (path.to_path_buf(), notes.clone());
-        let saver = saver(&path)?;
-        let recorder = std::thread::spawn(move || match saver {
-            Some(stage) => stage.run(Some(copy), &notes),
-            None => filter::finish(Product::Picture(copy), Some(path), Format::Float, &notes),
-        });
+        let (name, saver) = (format!("save {}", path.display()), saver(path)?);
+        let notes = notes.of(&name);
+        let recorder = std::thread::spawn(move || saver.run(Some(copy), &notes).map_err(|e| e.within(&name)));
         Ok(Box::new(Tee { input, header, sender: Some(sender), recorder: Some(recorder) }))
     }
 

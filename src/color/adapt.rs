@@ -114,7 +114,7 @@ pub fn von_kries(cat: Cat, from: Xy, to: Xy, degree: f64) -> Result<Mat3> {
     for (i, name) in ["red", "green", "blue"].iter().enumerate() {
         for (white, response) in [(from, source[i]), (to, target[i])] {
             if response.is_nan() || response <= 0.0 {
-                return invalid!("white {white} has a {name} sensor response of {response:.4}; it must be above 0");
+                return invalid!("white {white} has a {name} sensor response of {response:.8}; it must be above 0");
             }
         }
         gain[i] = 1.0 + degree * (target[i] / source[i] - 1.0);

@@ -41,6 +41,7 @@ pub struct Pcond {
     pub exposure: Option<Stops>,
     /// Write the map to FILE: 100 lines of world and display luminance, cd/m2
     #[arg(short = 'x', long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    #[serde(serialize_with = "crate::options::lossy")]
     pub map: Option<PathBuf>,
 }
 clap_defaults!(Pcond);

@@ -1,15 +1,25 @@
 //! ra_rgbe: a picture as Radiance RGBE or XYZE; -r goes back to floats.
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
 use crate::clap_defaults;
 use crate::color::Primaries;
-use crate::color::gamut::Gamut;
 use crate::filter::{Filter, Product, Run};
 use crate::stream::output::Output;
 use crate::stream::{Picture, Units, tristimulus, writer};
-use crate::{Error, Result, invalid, usage};
+use crate::{Error, Result, invalid};
+
+/// What becomes of negative components.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[value(rename_all = "lowercase")]
+pub enum Negatives {
+    /// Set to 0, as Radiance does: fast, and it changes hue and luminance
+    Clip,
+    /// Moved toward the grey of equal luminance until none is left
+    Desaturate,
+}
 
 /// Options of `ra_rgbe`.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
@@ -21,9 +31,9 @@ pub struct RaRgbe {
     /// Primaries for XYZ and spectra that become RGBE
     #[arg(long, value_name = "PRIMARIES", default_value = "Radiance", conflicts_with = "xyze")]
     pub to: Primaries,
-    /// Colours with negative components: 'clip' sets those to 0 as Radiance does, 'desaturate' keeps hue and luminance
+    /// Colours with negative components
     #[arg(long, value_enum, value_name = "HOW", default_value = "clip")]
-    pub gamut: Gamut,
+    pub gamut: Negatives,
     /// Record a display-referred picture all the same
     #[arg(long)]
     pub force: bool,
@@ -55,9 +65,6 @@ impl Filter for RaRgbe {
                 "the picture is relative (UNITS=relative); the format holds light, say --units cd/m2 to take it so"
             );
         }
-        if !self.xyze && ![Gamut::Clip, Gamut::Desaturate].contains(&self.gamut) {
-            return usage!("--gamut: choose clip or desaturate, or --xyze, which holds every visible colour");
-        }
         let (input, replaced) = writer::bounded(input);
         let (picture, format) = if self.xyze {
             (tristimulus(input)?, "32-bit_rle_xyze")
@@ -65,7 +72,7 @@ impl Filter for RaRgbe {
             let input = if input.header().ncomp == 3 { input } else { tristimulus(input)? };
             (writer::to_rgb(input, self.to)?, "32-bit_rle_rgbe")
         };
-        let (notes, desaturate) = (run.notes.clone(), self.gamut == Gamut::Desaturate && !self.xyze);
+        let (notes, desaturate) = (run.notes.clone(), self.gamut == Negatives::Desaturate && !self.xyze);
         let write = Box::new(move |out: &mut Output| {
             writer::write_shared_exponent(picture, replaced, format, desaturate, out, &notes)
         });

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::clap_defaults;
 use crate::color::Xy;
 use crate::filter::{Filter, Product, Run};
-use crate::spectral::{Observer, Spectrum, builtin};
+use crate::spectral::{Observer, Sampling, Spectrum, builtin};
 use crate::stream::tristimulus::{integrated, tristimulus, weights};
 use crate::stream::{Components, Header, Picture, Units};
 use crate::{Error, Result, invalid, usage};
@@ -22,6 +22,10 @@ pub enum ObserverName {
     #[serde(rename = "1964")]
     #[value(name = "1964")]
     Cie1964,
+    /// CIE 1931 as Radiance 6.0 integrates it: bins cut at whole nanometres and 1.5 nm toward red, to agree with rcomb
+    #[serde(rename = "radiance")]
+    #[value(name = "radiance")]
+    Radiance,
 }
 
 /// Options of `spec2xyz`.
@@ -55,7 +59,7 @@ fn table(name: &str) -> Result<Spectrum> {
 impl Spec2xyz {
     fn observer(&self) -> Result<Observer> {
         match self.observer {
-            ObserverName::Cie1931 => Observer::cie1931(),
+            ObserverName::Cie1931 | ObserverName::Radiance => Observer::cie1931(),
             ObserverName::Cie1964 => Observer::cie1964(),
         }
     }
@@ -77,17 +81,33 @@ impl Spec2xyz {
     }
 }
 
-fn sampling(header: &Header) -> Result<crate::spectral::Sampling> {
+fn sampling(header: &Header) -> Result<Sampling> {
     if !matches!(header.components, Components::Spectrum | Components::Stokes) {
         return invalid!("expected a spectrum, the picture is {}", header.components);
     }
     header.sampling.clone().ok_or_else(|| Error::Invalid("the picture lists no wavelengths".into()))
 }
 
+/// How far toward red Radiance 6.0's table of cumulative colour matching functions lies, nm: found by giving `rcomb -c XYZ`
+/// one band at a time (tests/ref/radiance_observer.csv).
+const RADIANCE_SHIFT_NM: f64 = 1.5;
+
+/// Radiance's own weights for equal bins.
+fn radiance_weights(sampling: &Sampling, observer: &Observer) -> Result<[Vec<f64>; 3]> {
+    let Sampling::Bins { count, .. } = sampling else {
+        return invalid!("--observer radiance knows equal bins only, the picture lists wavelengths");
+    };
+    let bin = |cmf: &Spectrum, i| {
+        let (a, b) = sampling.edges(i);
+        crate::units::K_M * cmf.integral(a.floor() + RADIANCE_SHIFT_NM, b.floor() + RADIANCE_SHIFT_NM)
+    };
+    Ok(observer.cmf.each_ref().map(|cmf| (0..*count).map(|i| bin(cmf, i)).collect()))
+}
+
 impl Filter for Spec2xyz {
     const NAME: &'static str = "spec2xyz";
     const ABOUT: &'static str = "Integrate spectral radiance to XYZ in cd/m2 (Eq. 4), or against any response";
-    const EXAMPLE: &'static str = "spectrace --output spectrum scenes/cornell.toml | spec2xyz > cornell.xyz\nspec2xyz --response alphaopic_melanopic < spectrum.lux | picinfo";
+    const EXAMPLE: &'static str = "spectrace --output spectrum scenes/cornell.toml | spec2xyz > cornell.lux\nspec2xyz --response alphaopic_melanopic < spectrum.lux | picinfo";
 
     fn start(self, input: Option<Box<dyn Picture>>, _: &Run) -> Result<Product> {
         let input = input.ok_or_else(|| Error::Usage("expected a picture".into()))?;
@@ -102,6 +122,7 @@ impl Filter for Spec2xyz {
             // A matrix in the header stands for the 1931 observer.
             ObserverName::Cie1931 => weights(input.header(), &observer)?,
             ObserverName::Cie1964 => sampling(input.header())?.xyz_weights(&observer),
+            ObserverName::Radiance => radiance_weights(&sampling(input.header())?, &observer)?,
         };
         sampling(input.header())?;
         let mut header = input.header().clone();

@@ -7,8 +7,8 @@ use clap::{Args, ValueEnum, ValueHint};
 use serde::{Deserialize, Serialize};
 
 use crate::filter::{Filter, Product, Run};
-use crate::options::{Numbers, Range};
-use crate::render::picture::{Job, render};
+use crate::options::{Numbers, Range, lossy};
+use crate::render::picture::{Job, MOST_WAVELENGTHS, render};
 use crate::scene::{Scene, load};
 use crate::spectral::{Observer, Sampling};
 use crate::stream::Picture;
@@ -31,6 +31,7 @@ pub enum Quantity {
 pub struct Spectrace {
     /// Scene to render (TOML)
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath, required = true)]
+    #[serde(serialize_with = "lossy")]
     pub scene: Option<PathBuf>,
     /// What a pixel holds (in a pipeline file: quantity)
     #[arg(long, visible_alias = "output", value_enum, value_name = "WHAT", default_value = "xyz")]
@@ -60,7 +61,7 @@ pub struct Spectrace {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u32,
     /// Render rows A to B (not included) only; the pixels are those of the whole picture
-    #[arg(long, value_name = "A:B", help_heading = "Running")]
+    #[arg(long, value_name = "A:B", help_heading = "Running in parts")]
     pub rows: Option<Range>,
 }
 
@@ -73,7 +74,13 @@ impl Spectrace {
             return usage!("--range {}: wavelengths run from 250 to 2500 nm", self.range);
         }
         let sampling = match &self.wavelengths {
+            Some(nm) if nm.0.len() > MOST_WAVELENGTHS => {
+                return usage!("--wavelengths: {} of them; at most {MOST_WAVELENGTHS}", nm.0.len());
+            }
             Some(nm) => Sampling::points(nm.0.clone()).map_err(|e| Error::Usage(format!("--wavelengths: {e}")))?,
+            None if self.bands > MOST_WAVELENGTHS => {
+                return usage!("--bands {}: at most {MOST_WAVELENGTHS}", self.bands);
+            }
             None => Sampling::bins(from, to, self.bands).map_err(|e| Error::Usage(format!("--bands: {e}")))?,
         };
         let rows = match self.rows {

@@ -40,7 +40,7 @@ const PIXELS_A_BLOCK: usize = 8192;
 /// Pixels that one thread takes at a time.
 const PIXELS_A_TASK: usize = 64;
 /// Most wavelengths: 8 lanes x the largest number of groups below.
-const MOST_WAVELENGTHS: usize = GROUP * 60;
+pub const MOST_WAVELENGTHS: usize = GROUP * 60;
 
 /// One pixel: x, y and its components.
 type Shade = Box<dyn Fn(usize, usize, &mut [f32]) + Send + Sync>;

@@ -381,6 +381,11 @@ impl Adder<'_> {
     fn quad(&mut self, p: [DVec3; 4]) -> Result<(), String> {
         let (u, v) = (p[1] - p[0], p[3] - p[0]);
         let size = u.length() + v.length();
+        let turn = |a: usize, b: usize, c: usize| (p[b] - p[a]).cross(p[c] - p[b]);
+        let first = turn(0, 1, 2);
+        if [turn(1, 2, 3), turn(2, 3, 0), turn(3, 0, 1)].iter().any(|t| t.dot(first) < 0.0) {
+            return Err("the corners do not go round a convex quad".into());
+        }
         let rectangle = (p[2] - (p[0] + u + v)).length() < 1e-6 * size && u.dot(v).abs() < 1e-6 * size * size;
         if !rectangle {
             return self.triangle([p[0], p[1], p[2]]).and_then(|()| self.triangle([p[0], p[2], p[3]]));

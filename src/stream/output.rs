@@ -52,7 +52,7 @@ impl Output {
             use std::os::unix::fs::PermissionsExt;
             builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
         }
-        let file = builder.tempfile_in(folder).map_err(failed)?;
+        let file = builder.tempfile_in(folder).map_err(|e| failed(plain(e)))?;
         Ok(Output { name, target: Target::File(Box::new(file), path) })
     }
 
@@ -73,6 +73,12 @@ impl Output {
     pub fn error(&self, e: io::Error) -> Error {
         Error::io(self.name.clone(), e)
     }
+}
+
+/// The system's word without the temporary file's name, which tells a user nothing.
+fn plain(e: io::Error) -> io::Error {
+    let inner = e.get_ref().and_then(|c| c.source()).and_then(|c| c.downcast_ref::<io::Error>());
+    inner.and_then(io::Error::raw_os_error).map_or(e, io::Error::from_raw_os_error)
 }
 
 impl Write for Output {

@@ -17,7 +17,7 @@ pub fn upright(mut input: Box<dyn Picture>, limits: &Limits) -> Result<Box<dyn P
         let (ncomp, width) = (header.ncomp, r.width);
         return Ok(Box::new(MirroredRows { input, header, ncomp, width }));
     }
-    let bytes = 4 * header.scanline_floats() as u64 * r.height as u64;
+    let bytes = 8 * header.scanline_floats() as u64 * r.height as u64; // twice: as stored and upright
     if bytes > limits.memory {
         return Err(Error::Unsupported(format!(
             "turning a picture stored as '{r}' upright takes {} MB; allow it with --memory",
@@ -25,18 +25,20 @@ pub fn upright(mut input: Box<dyn Picture>, limits: &Limits) -> Result<Box<dyn P
         )));
     }
     let n = header.ncomp;
-    let mut all = vec![0f32; n * r.width * r.height];
+    // Scanlines as they come first: memory grows with what arrives, not with what a header claims.
+    let mut scanlines: Vec<f32> = Vec::new();
     let mut block = Block::default();
-    let mut line = 0;
     while input.next(&mut block)? {
-        for scanline in block.data.chunks_exact(r.scanline_len() * n) {
-            for (i, pixel) in scanline.chunks_exact(n).enumerate() {
-                let (x, y) = if r.by_rows { (i, line) } else { (line, i) };
-                let x = if r.from_right { r.width - 1 - x } else { x };
-                let y = if r.from_bottom { r.height - 1 - y } else { y };
-                all[(y * r.width + x) * n..][..n].copy_from_slice(pixel);
-            }
-            line += 1;
+        scanlines.extend_from_slice(&block.data);
+    }
+    let len = r.scanline_len();
+    let mut all = Vec::with_capacity(scanlines.len());
+    for y in 0..r.height {
+        let y = if r.from_bottom { r.height - 1 - y } else { y };
+        for x in 0..r.width {
+            let x = if r.from_right { r.width - 1 - x } else { x };
+            let (line, at) = if r.by_rows { (y, x) } else { (x, y) };
+            all.extend_from_slice(&scanlines[(line * len + at) * n..][..n]);
         }
     }
     Ok(Box::new(Whole { header, data: all, done: false }))

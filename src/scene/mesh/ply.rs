@@ -53,11 +53,12 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh> {
                     }
                     Property::List(count, kind) => {
                         let n = body.number(*count, &what)?;
+                        let wanted = ["vertex_indices", "vertex_index"].contains(&name.as_str());
                         for _ in 0..n as usize {
-                            corners.push(body.number(*kind, &what)?);
-                        }
-                        if !["vertex_indices", "vertex_index"].contains(&name.as_str()) {
-                            corners.clear();
+                            let value = body.number(*kind, &what)?;
+                            if wanted {
+                                corners.push(value);
+                            }
                         }
                     }
                 }
