@@ -10,11 +10,12 @@ use clap::{Args, ValueHint};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::display::Display;
 use crate::filter::{self, Product, Stage};
-use crate::filters;
+use crate::filters::{self, Intent};
 use crate::keys::located;
 use crate::notes::Notes;
-use crate::options::{RunOptions, quote};
+use crate::options::{ReadOptions, RunOptions, quote};
 use crate::stream::writer::Format;
 use crate::stream::{Block, Header, Picture};
 use crate::{Error, Result, invalid};
@@ -22,9 +23,18 @@ use crate::{Error, Result, invalid};
 /// Command line of `luxpipe`.
 #[derive(Args, Clone, Debug)]
 pub struct Luxpipe {
-    /// Pipeline to run
+    /// Pipeline to run; with --intent, the picture or scene (.toml) to show
     #[arg(value_name = "PIPELINE", value_hint = ValueHint::FilePath)]
     pub pipeline: PathBuf,
+    /// With --intent: PNG to write; standard output if absent or '-'
+    #[arg(value_name = "OUTPUT", value_hint = ValueHint::FilePath, requires = "intent")]
+    pub output: Option<PathBuf>,
+    /// In place of a pipeline file, the whole chain for a rendering intent, from PIPELINE to OUTPUT
+    #[arg(long, value_enum, value_name = "INTENT")]
+    pub intent: Option<Intent>,
+    /// With --intent: display to show it on, by name or file
+    #[arg(long, value_name = "DISPLAY", default_value = "srgb", value_hint = ValueHint::FilePath)]
+    pub display: Display,
     /// Print the same work as a shell command, and do nothing
     #[arg(long)]
     pub shell: bool,
@@ -36,7 +46,7 @@ pub struct Luxpipe {
 /// The command line of `luxpipe`.
 pub fn command() -> clap::Command {
     let about = "Run a TOML pipeline: its stages in one process, the bytes those of the shell pipe";
-    let example = "luxpipe pipelines/cornell.toml\nluxpipe --shell pipelines/cornell.toml | sh";
+    let example = "luxpipe pipelines/cornell.toml\nluxpipe --shell pipelines/cornell.toml | sh\nluxpipe --intent perceptual --display p3 office.hdr office.png";
     filter::dress(Luxpipe::augment_args(clap::Command::new("luxpipe")), about, example)
 }
 
@@ -88,6 +98,27 @@ impl Pipeline {
         }
         check(&steps)?;
         Ok(Pipeline { stages: steps })
+    }
+
+    /// The chain that an intent means. Perceptual and saturation: adaptation, histogram adjustment, the gamut rule, PNG;
+    /// colorimetric: the stimulus itself, PNG. A scene is rendered first.
+    pub fn of_intent(intent: Intent, input: &Path, output: Option<PathBuf>, display: &Display) -> Pipeline {
+        let display = || Some(display.clone());
+        let mut chain = Chain { stages: Vec::new(), input: Some(input.to_path_buf()) };
+        if input.extension().is_some_and(|e| e == "toml") {
+            chain.input = None;
+            chain.add(filters::Spectrace { scene: Some(input.to_path_buf()), ..Default::default() });
+        }
+        if intent != Intent::Colorimetric {
+            chain.add(filters::Vonkries { display: display(), ..Default::default() });
+            chain.add(filters::Pcond { display: display(), ..Default::default() });
+        }
+        chain.add(filters::Xyz2rgb { display: display(), intent: Some(intent), ..Default::default() });
+        chain.add(filters::RaPng { display: display(), ..Default::default() });
+        if let Some(last) = chain.stages.last_mut() {
+            last.stage.output = output;
+        }
+        Pipeline { stages: chain.stages }
     }
 
     /// Runs all stages in this process. The bytes are those of the shell command.
@@ -157,6 +188,21 @@ impl Pipeline {
             line = format!("{{ {line}; }} {descriptor}>&1 | {}", words.join(" "));
         }
         Ok(format!("{{ {line}; }} 9>&1"))
+    }
+}
+
+/// Stages one after the other; the first that reads gets the input.
+struct Chain {
+    stages: Vec<Step>,
+    input: Option<PathBuf>,
+}
+
+impl Chain {
+    fn add<F: filter::Filter>(&mut self, own: F) {
+        let read =
+            if F::READS { ReadOptions { input: self.input.take(), ..Default::default() } } else { Default::default() };
+        let stage = Stage::new(own, read, None, Default::default(), Default::default());
+        self.stages.push(Step { stage, save: None });
     }
 }
 

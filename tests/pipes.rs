@@ -531,6 +531,84 @@ fn a_pipeline_in_one_process_gives_the_bytes_of_the_shell_pipe() {
 }
 
 #[test]
+fn an_intent_is_a_whole_chain() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("shown.png");
+    let office = "tests/data/radiance_office.hdr";
+    for display in ["srgb", "p3", "hdr10", "crt", "print"] {
+        for intent in ["perceptual", "saturation", "colorimetric"] {
+            let args = ["--intent", intent, "--display", display, office, file.to_str().unwrap()];
+            stdout_of("luxpipe", &args, b"");
+            let fused = fs::read(&file).unwrap();
+            let decoder = png::Decoder::new(std::io::Cursor::new(&fused)).read_info().unwrap();
+            let deep = decoder.info().bit_depth == png::BitDepth::Sixteen;
+            assert_eq!(deep, display == "hdr10", "{display}");
+            let line = String::from_utf8(stdout_of("luxpipe", &[&["--shell"], &args[..]].concat(), b"")).unwrap();
+            let path = format!("{}:{}", program("luxpipe").parent().unwrap().display(), std::env::var("PATH").unwrap());
+            let shell = Command::new("sh").args(["-c", &line]).env("PATH", path).current_dir(root()).output().unwrap();
+            assert!(shell.status.success(), "{line}: {}", String::from_utf8_lossy(&shell.stderr));
+            assert!(fs::read(&file).unwrap() == fused, "{intent} {display}: {line}");
+        }
+    }
+    fails("luxpipe", &["--intent", "relative", office], b"", 2, "relative");
+    fails("luxpipe", &[office, "out.png"], b"", 2, "--intent");
+}
+
+/// A stage refuses a picture that was made for another display.
+#[test]
+fn displays_must_agree() {
+    let picture = data("radiance_office.hdr");
+    let shown = stdout_of("pcond", &["--display", "p3"], &picture);
+    fails("xyz2rgb", &["--display", "srgb"], &shown, 1, "pcond --display srgb");
+    let rgb = stdout_of("xyz2rgb", &["--display", "p3", "--quiet"], &shown);
+    fails("ra_png", &["--display", "srgb"], &rgb, 1, "display srgb shows");
+    fails("ra_png", &["--display", "nowhere"], &rgb, 2, "srgb");
+    stdout_of("ra_png", &["--display", "p3"], &rgb);
+}
+
+/// D = F (0.08 lg(La) + 0.76) for equal luminances; white guessed from the picture.
+#[test]
+fn vonkries_degree_and_guessed_white() {
+    let mut values = vec![0.3f32, 1.0, 0.4].repeat(99);
+    values.extend([110.0, 100.0, 35.0]);
+    let input = stream(&XYZ.replace("WHITE= 0.4476 0.4074\n", ""), "-Y 10 +X 10", &values);
+    let output = run("vonkries", &["--from", "auto"], &input);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("white 0.4490,0.4082 guessed"), "{output:?}");
+    let lines = split(&output.stdout).0;
+    assert!(lines.iter().any(|l| l.starts_with("ADAPTED= 0.4489")), "{lines:?}");
+    let grey = run("vonkries", &["--from", "grey"], &input);
+    assert!(String::from_utf8_lossy(&grey.stderr).contains("mean of all pixels"));
+    let out = stdout_of("vonkries", &["--from", "A", "--degree", "auto", "--la", "100", "--ld", "100"], &input);
+    let adapted = split(&out).0.into_iter().find(|l| l.starts_with("ADAPTED=")).unwrap();
+    let degree: f64 = adapted.split(' ').next_back().unwrap().parse().unwrap();
+    assert!((degree - 0.92).abs() < 1e-12, "{adapted}");
+}
+
+/// Melanopic and relative quantities of an equal spectrum have closed forms.
+#[test]
+fn spec2xyz_knows_other_observers_and_responses() {
+    let points = "NCOMP=2\nCOMPONENTS=SPECTRUM\nUNITS=W/sr/m2/nm\nWAVELENGTHS= 360 830";
+    let equal = stream(points, "-Y 1 +X 1", &[1.0, 1.0]);
+    let one = |args: &[&str]| floats(split(&stdout_of("spec2xyz", args, &equal)).2);
+    let close = |a: f32, b: f64| assert!((f64::from(a) / b - 1.0).abs() < 1e-4, "{a} for {b}");
+    close(one(&[])[1], 683.0 * 106.8569); // CIE 15: sum of ybar
+    close(one(&["--observer", "1964"])[1], 683.0 * 116.6618); // CIE 15: sum of ybar10
+    // The table of E holds 100: this spectrum is a hundredth of it.
+    one(&["--relative-to", "E"]).iter().for_each(|x| assert!((100.0 * x - 1.0).abs() < 4e-4, "{x}"));
+    // Both responses at once; the equal spectrum gives the sum of a table at every nanometre.
+    let text = fs::read_to_string(root().join("spectra/scotopic_v.csv")).unwrap();
+    let rows = text.lines().filter(|l| l.starts_with(|c: char| c.is_ascii_digit()));
+    let scotopic: f64 = rows.map(|l| l.split_once(',').unwrap().1.parse::<f64>().unwrap()).sum();
+    let two = one(&["--response", "scotopic_v", "--response", "photopic_v", "--factor", "1700"]);
+    close(two[0], 1700.0 * scotopic);
+    close(two[1], 1700.0 * 106.857);
+    let text = stdout_of("spec2xyz", &["--response", "scotopic_v"], &equal);
+    assert!(split(&text).0.iter().any(|l| l == "COMPONENTS=RESPONSE"));
+    fails("spec2xyz", &["--response", "scotopic_w"], &equal, 1, "scotopic_v");
+    fails("spec2xyz", &["--observer", "1964"], &data("small_xyz.lux"), 1, "spectrum");
+}
+
+#[test]
 fn pipeline_errors_name_line_and_key() {
     let good = fs::read_to_string(root().join("pipelines/office.toml")).unwrap();
     let folder = tempfile::tempdir().unwrap();

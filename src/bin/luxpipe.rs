@@ -20,7 +20,10 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Luxpipe, notes: &Notes) -> Result<()> {
-    let pipeline = Pipeline::load(&args.pipeline)?;
+    let pipeline = match args.intent {
+        Some(intent) => Pipeline::of_intent(intent, &args.pipeline, args.output.clone(), &args.display),
+        None => Pipeline::load(&args.pipeline)?,
+    };
     if args.shell {
         let line = pipeline.shell()? + "\n";
         return std::io::stdout().write_all(line.as_bytes()).map_err(|e| Error::io("standard output", e));

@@ -20,7 +20,7 @@ pub use spec2xyz::Spec2xyz;
 pub use specmat::Specmat;
 pub use spectrace::Spectrace;
 pub use vonkries::Vonkries;
-pub use xyz2rgb::Xyz2rgb;
+pub use xyz2rgb::{Intent, Xyz2rgb};
 
 use crate::filter::{Any, Entry};
 
