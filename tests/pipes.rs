@@ -569,7 +569,7 @@ fn displays_must_agree() {
 /// D = F (0.08 lg(La) + 0.76) for equal luminances; white guessed from the picture.
 #[test]
 fn vonkries_degree_and_guessed_white() {
-    let mut values = vec![0.3f32, 1.0, 0.4].repeat(99);
+    let mut values = [0.3f32, 1.0, 0.4].repeat(99);
     values.extend([110.0, 100.0, 35.0]);
     let input = stream(&XYZ.replace("WHITE= 0.4476 0.4074\n", ""), "-Y 10 +X 10", &values);
     let output = run("vonkries", &["--from", "auto"], &input);
