@@ -4,48 +4,20 @@ mod common;
 
 use std::collections::HashMap;
 use std::fs;
-use std::io::Write;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
 
-use common::root;
-
-/// Runs a program in the package's folder with bytes on standard input.
-fn run(name: &str, args: &[&str], input: &[u8]) -> Output {
-    let mut child = Command::new(Path::new(env!("CARGO_BIN_EXE_luxpipe")).with_file_name(name))
-        .args(args)
-        .current_dir(root())
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut stdin = child.stdin.take().unwrap();
-    let input = input.to_vec();
-    let feeder = std::thread::spawn(move || drop(stdin.write_all(&input)));
-    let output = child.wait_with_output().unwrap();
-    feeder.join().unwrap();
-    output
-}
+use common::run;
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
 fn stdout_of(name: &str, args: &[&str], input: &[u8]) -> String {
-    let output = run(name, args, input);
-    assert!(output.status.success(), "{name} {args:?}: {}", text(&output.stderr));
-    text(&output.stdout)
+    text(&common::stdout_of(name, args, input))
 }
 
-/// pcompare's refusal: the status and one line that holds `word`, nothing printed.
 fn fails(args: &[&str], input: &[u8], status: i32, word: &str) {
-    let output = run("pcompare", args, input);
-    let message = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(status), "{args:?}: {message}");
-    assert!(message.starts_with("pcompare: ") && message.lines().count() == 1, "{args:?}: {message}");
-    assert!(message.contains(word), "{args:?}: '{word}' not in: {message}");
-    assert!(output.stdout.is_empty());
+    common::fails("pcompare", args, input, status, word);
 }
 
 const D65: &str = "0.3127 0.3290";

@@ -6,19 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use common::{floats, program, root, run, split, stdout_of, stream};
+use common::{fails, floats, program, root, run, split, stdout_of, stream};
 use luxpipe::filters;
-
-/// The status, one line that begins with the program's name, and nothing on standard output.
-fn fails(name: &str, args: &[&str], input: &[u8], status: i32, word: &str) {
-    let output = run(name, args, input);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(status), "{name} {args:?}: {message}");
-    assert_eq!(message.lines().count(), 1, "{name} {args:?}: {message}");
-    assert!(message.starts_with(&format!("{name}: ")), "{message}");
-    assert!(message.contains(word), "{name} {args:?}: '{word}' not in: {message}");
-    assert!(output.stdout.is_empty(), "{name} {args:?} wrote {} bytes", output.stdout.len());
-}
 
 fn data(name: &str) -> Vec<u8> {
     fs::read(root().join("tests/data").join(name)).unwrap()

@@ -4,33 +4,17 @@
 mod common;
 
 use std::fs;
-use std::io::Write;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 
 use common::root;
 
 fn run(args: &[&str], input: &[u8]) -> Output {
-    let mut child = Command::new(Path::new(env!("CARGO_BIN_EXE_specmat")))
-        .args(args)
-        .current_dir(root())
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut stdin = child.stdin.take().unwrap();
-    let input = input.to_vec();
-    let feeder = std::thread::spawn(move || drop(stdin.write_all(&input)));
-    let output = child.wait_with_output().unwrap();
-    feeder.join().unwrap();
-    output
+    common::run("specmat", args, input)
 }
 
 fn stdout_of(args: &[&str], input: &[u8]) -> Vec<u8> {
-    let output = run(args, input);
-    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
-    output.stdout
+    common::stdout_of("specmat", args, input)
 }
 
 fn text_of(args: &[&str]) -> String {
@@ -42,12 +26,7 @@ fn note_of(args: &[&str]) -> String {
 }
 
 fn fails(args: &[&str], status: i32, word: &str) {
-    let output = run(args, b"");
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(status), "{args:?}: {message}");
-    assert!(message.lines().count() == 1 && message.starts_with("specmat: "), "{message}");
-    assert!(message.contains(word), "'{word}' not in: {message}");
-    assert!(output.stdout.is_empty());
+    common::fails("specmat", args, b"", status, word);
 }
 
 /// One row of the CSV.

@@ -3,7 +3,8 @@
 use crate::color::{Primaries, Xy};
 use crate::error::printable;
 use crate::spectral::Sampling;
-use crate::stream::header::{Adapted, RawHeader};
+use crate::stream::header::RawHeader;
+use crate::stream::variables::Stated;
 use crate::stream::{Components, Header, Resolution, Units};
 use crate::units::{RADIANCE_BAND, RADIANCE_EFFICACY};
 use crate::{Error, Result, invalid};
@@ -52,32 +53,9 @@ pub struct Meaning {
     pub notes: Vec<String>,
 }
 
-/// The variables of a header as they were written.
-#[derive(Default)]
-struct Stated {
-    format: Option<String>,
-    ncomp: Option<usize>,
-    components: Option<Components>,
-    units: Option<Units>,
-    units_stale: bool,
-    splits: Option<Vec<f64>>,
-    wavelengths: Option<Vec<f64>>,
-    matrix: [Option<Vec<f64>>; 3],
-    primaries: Option<Primaries>,
-    white: Option<Xy>,
-    adapted: Option<Adapted>,
-    display: Option<[f64; 2]>,
-    exposure: f64,
-    colorcorr: [f64; 3],
-    rows: Option<usize>,
-    columns: Option<usize>,
-    big_endian: bool,
-    passed: Vec<Vec<u8>>,
-}
-
 /// Settles the meaning of a header.
 pub fn settle(raw: RawHeader, overrides: &Overrides) -> Result<Meaning> {
-    let mut stated = read_variables(raw.lines)?;
+    let mut stated = Stated::read(raw.lines)?;
     let resolution = match (raw.resolution, stated.rows, stated.columns) {
         (Some(r), ..) => r,
         (None, Some(rows), Some(columns)) => Resolution::upright(columns, rows),
@@ -113,110 +91,6 @@ pub fn settle(raw: RawHeader, overrides: &Overrides) -> Result<Meaning> {
     let factors: Vec<f32> = (0..header.ncomp).map(factor).collect();
     let factors = factors.iter().any(|f| *f != 1.0).then_some(factors);
     Ok(Meaning { header, coding, factors, notes })
-}
-
-fn read_variables(lines: Vec<(usize, Vec<u8>)>) -> Result<Stated> {
-    let mut s = Stated { exposure: 1.0, colorcorr: [1.0; 3], ..Stated::default() };
-    // In RGBE and XYZE files FORMAT alone gives components and unit.
-    let format = lines.iter().rev().find_map(|(_, l)| l.strip_prefix(b"FORMAT="));
-    let shared = format.is_some_and(|f| f.starts_with(b"32-bit_rle_"));
-    for (number, line) in lines {
-        let variable = line.iter().position(|b| *b == b'=').map(|at| (&line[..at], line[at + 1..].trim_ascii()));
-        let Some((key, value)) = variable.filter(|(key, _)| !key.iter().any(u8::is_ascii_whitespace)) else {
-            s.units_stale |= s.units.is_some() && !line.starts_with(b"\t") && !line.starts_with(b" ");
-            s.passed.push(line);
-            continue;
-        };
-        let wrong = |right: &str| {
-            let (key, value) = (printable(key), printable(value));
-            Error::Invalid(format!("header line {number}: {key}={value}: {right}"))
-        };
-        let numbers = |count: usize| {
-            let n: Option<Vec<f64>> = std::str::from_utf8(value)
-                .ok()
-                .map(|t| t.split_ascii_whitespace().map(|w| w.parse().ok().filter(|x: &f64| x.is_finite())).collect())
-                .unwrap_or(None);
-            n.filter(|n| if count == 0 { !n.is_empty() } else { n.len() == count }).ok_or_else(|| {
-                let many = if count == 0 { "a list of".to_string() } else { count.to_string() };
-                wrong(&format!("expected {many} finite numbers"))
-            })
-        };
-        let positive = |count: usize| {
-            let n = numbers(count)?;
-            if n.iter().all(|x| *x > 0.0) { Ok(n) } else { Err(wrong("must be above 0")) }
-        };
-        let whole = || {
-            let n = std::str::from_utf8(value).ok().and_then(|t| t.parse::<usize>().ok());
-            n.filter(|n| (1..=i32::MAX as usize).contains(n)).ok_or_else(|| wrong("expected a whole number from 1"))
-        };
-        let word = || std::str::from_utf8(value).map_err(|_| wrong("expected text"));
-        match key {
-            b"FORMAT" => s.format = Some(word()?.to_string()),
-            b"NCOMP" => {
-                s.ncomp = Some(whole()?);
-                if s.ncomp.is_some_and(|n| n > MOST_COMPONENTS) {
-                    return Err(wrong(&format!("at most {MOST_COMPONENTS} components")));
-                }
-            }
-            b"NROWS" => s.rows = Some(whole()?),
-            b"NCOLS" => s.columns = Some(whole()?),
-            b"UNITS" | b"COMPONENTS" if shared => {
-                // Passed on by programs that do not know them; only ours for display pictures means something.
-                s.units = (key == b"UNITS" && value == b"display").then_some(Units::Display).or(s.units);
-                s.units_stale &= key != b"UNITS";
-            }
-            b"COMPONENTS" => s.components = Some(word()?.parse().map_err(|_| wrong("unknown components"))?),
-            b"UNITS" => {
-                s.units = Some(
-                    word()?
-                        .parse()
-                        .map_err(|_| wrong("expected W/sr/m2/nm, W/sr/m2, cd/m2, relative, display or none"))?,
-                );
-                s.units_stale = false;
-            }
-            b"WAVELENGTH_SPLITS" => s.splits = Some(numbers(4)?),
-            b"WAVELENGTHS" => s.wavelengths = Some(numbers(0)?),
-            b"XYZ_MATRIX_X" => s.matrix[0] = Some(numbers(0)?),
-            b"XYZ_MATRIX_Y" => s.matrix[1] = Some(numbers(0)?),
-            b"XYZ_MATRIX_Z" => s.matrix[2] = Some(numbers(0)?),
-            b"PRIMARIES" => {
-                let p = Primaries::from_numbers(&numbers(8)?);
-                s.primaries = Some(p.ok_or_else(|| wrong("these primaries span no area or their white is none"))?);
-            }
-            b"WHITE" => s.white = Some(xy(&numbers(2)?).ok_or_else(|| wrong("is no chromaticity"))?),
-            b"DISPLAY" => {
-                let n = numbers(2)?;
-                if n[0] < 0.0 || n[1] <= n[0] {
-                    return Err(wrong("expected Lmin and a larger Lmax in cd/m2"));
-                }
-                s.display = Some([n[0], n[1]]);
-            }
-            b"ADAPTED" => s.adapted = Some(adapted(value).ok_or_else(|| wrong("expected xy, xy, matrix and degree"))?),
-            b"EXPOSURE" => s.exposure *= positive(1)?.iter().product::<f64>(),
-            b"COLORCORR" => {
-                let c = positive(3)?;
-                s.colorcorr = [0, 1, 2].map(|i| s.colorcorr[i] * c[i]);
-            }
-            b"BigEndian" => s.big_endian = value == b"1",
-            _ => s.passed.push(line),
-        }
-    }
-    if !(1e-30..1e30).contains(&s.exposure) || s.colorcorr.iter().any(|c| !(1e-30..1e30).contains(c)) {
-        return invalid!("header: the product of all EXPOSURE and COLORCORR lines is out of range");
-    }
-    Ok(s)
-}
-
-fn xy(n: &[f64]) -> Option<Xy> {
-    let xy = Xy { x: n[0], y: n[1] };
-    xy.is_physical().then_some(xy)
-}
-
-fn adapted(value: &[u8]) -> Option<Adapted> {
-    let words: Vec<&str> = std::str::from_utf8(value).ok()?.split_ascii_whitespace().collect();
-    let [x0, y0, x1, y1, cat, degree] = words[..] else { return None };
-    let n = |t: &str| t.parse::<f64>().ok().filter(|x| x.is_finite());
-    Some(Adapted { from: xy(&[n(x0)?, n(y0)?])?, to: xy(&[n(x1)?, n(y1)?])?, cat: cat.to_string(), degree: n(degree)? })
 }
 
 fn coding(s: &Stated) -> Result<Coding> {

@@ -12,6 +12,7 @@ pub mod rgbe;
 pub mod spool;
 pub mod tristimulus;
 pub mod upright;
+mod variables;
 pub mod writer;
 
 pub use header::{Components, Header, Units};

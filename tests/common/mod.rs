@@ -110,3 +110,14 @@ pub fn stream(lines: &str, resolution: &str, values: &[f32]) -> Vec<u8> {
     values.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
     bytes
 }
+
+/// A refusal: the status, one line that begins with the program's name and holds `word`, nothing on standard output.
+pub fn fails(name: &str, args: &[&str], input: &[u8], status: i32, word: &str) {
+    let output = run(name, args, input);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{name} {args:?}: {message}");
+    assert_eq!(message.lines().count(), 1, "{name} {args:?}: {message}");
+    assert!(message.starts_with(&format!("{name}: ")), "{message}");
+    assert!(message.contains(word), "{name} {args:?}: '{word}' not in: {message}");
+    assert!(output.stdout.is_empty(), "{name} {args:?} wrote {} bytes", output.stdout.len());
+}
