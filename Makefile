@@ -6,7 +6,7 @@ FILTERS := $(notdir $(basename $(wildcard src/bin/*.rs)))
 PICTURES := $(patsubst pipelines/%.toml,out/%.png,$(wildcard pipelines/*.toml))
 BIN := target/release
 
-.PHONY: all demo test lint bench man paper-colour install clean
+.PHONY: all demo test lint bench man paper-colour intents install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -41,6 +41,14 @@ paper-colour:
 
 docs/paper-colour.md: examples/paper_colour.rs $(wildcard examples/colour/*.rs)
 	$(MAKE) --no-print-directory --silent paper-colour > $@.part
+	mv $@.part $@
+
+# What the gamut methods and intents of xyz2rgb do to colours outside, as Markdown.
+intents:
+	@$(CARGO) run --locked --quiet --release --example intents
+
+docs/gamut.md: examples/intents.rs $(wildcard examples/gamut/*) tests/ref/pointer_gamut.csv
+	$(MAKE) --no-print-directory --silent intents > $@.part
 	mv $@.part $@
 
 man:

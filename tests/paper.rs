@@ -10,7 +10,7 @@ use std::fs;
 
 use clap::ValueEnum;
 use colour::{Chart, approaches, blueflower, cats, sampling, statistics};
-use common::{floats, root, run, split, stdout_of, stream};
+use common::{floats, page_is_printed, root, run, split, stdout_of, stream};
 use luxpipe::color::difference::uv;
 use luxpipe::color::{Cat, Xy};
 use luxpipe::spectral::{Observer, Sampling, builtin};
@@ -158,23 +158,9 @@ fn relative_color_approximation() {
     assert!(mean("relative: absolute RGB") > 7.0 && mean("relative: over white in BT.2020") < 1.1);
 }
 
-/// The committed page is what the code prints: words alike, numbers to one unit of their last digit.
 #[test]
 fn the_page_is_up_to_date() {
-    let committed = fs::read_to_string(root().join("docs/paper-colour.md")).unwrap();
-    let printed = colour::page();
-    assert_eq!(committed.lines().count(), printed.lines().count(), "run: make docs/paper-colour.md");
-    for (old, new) in committed.lines().zip(printed.lines()) {
-        let same = |(a, b): (&str, &str)| match (a.parse::<f64>(), b.parse::<f64>()) {
-            (Ok(x), Ok(y)) => {
-                let digits = a.split_once('.').map_or(0, |d| d.1.len());
-                (x - y).abs() <= 1.01 * 10f64.powi(-(digits as i32))
-            }
-            _ => a == b,
-        };
-        let (a, b): (Vec<&str>, Vec<&str>) = (old.split_whitespace().collect(), new.split_whitespace().collect());
-        assert!(a.len() == b.len() && a.into_iter().zip(b).all(same), "run: make docs/paper-colour.md\n{old}\n{new}");
-    }
+    page_is_printed("docs/paper-colour.md", &colour::page());
 }
 
 /// A table of spectra/, read without luxpipe, at every nm: linear between rows, zero outside.

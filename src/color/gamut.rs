@@ -32,6 +32,20 @@ pub enum Limit {
     Unit,
 }
 
+/// Components beyond this are brought to it before they are mapped, so that no sum overflows: no light is as strong.
+const LARGEST: f32 = 1e37;
+
+/// Keeps what is mapped finite; NaN stays what it is.
+#[inline(always)]
+pub fn tame(rgb: &mut [[f32; LANES]; 3]) {
+    for plane in rgb {
+        for x in plane {
+            *x = if *x > LARGEST { LARGEST } else { *x };
+            *x = if *x < -LARGEST { -LARGEST } else { *x };
+        }
+    }
+}
+
 /// Clips to the limit.
 #[inline(always)]
 pub fn clip(rgb: &mut [[f32; LANES]; 3], limit: Limit) {
@@ -63,9 +77,10 @@ pub fn desaturate(rgb: &mut [[f32; LANES]; 3], y: &[f32; 3], limit: Limit) {
         let below = if low < 0.0 { grey / (grey - low) } else { 1.0 };
         let above = if high > top { (top - grey) / (high - grey) } else { 1.0 };
         let keep = below.min(above).max(0.0);
+        let outside = low < 0.0 || high > top; // keep may round to 1
         for plane in rgb.iter_mut() {
             let moved = bound(grey + (plane[i] - grey) * keep, 0.0, top);
-            plane[i] = if keep < 1.0 { moved } else { plane[i] };
+            plane[i] = if outside { moved } else { plane[i] };
         }
     }
 }
@@ -94,6 +109,12 @@ mod tests {
             let out = one([r, g, b], Limit::Unit);
             prop_assert!(out.iter().all(|x| (0.0..=1.0).contains(x)));
             prop_assert!((luminance(out) - y.clamp(0.0, 1.0)).abs() < 2e-6);
+        }
+
+        #[test]
+        fn what_sticks_out_by_rounding_fits(r in 0.1f32..0.9, g in 0.1f32..0.9, tiny in 1e-12f32..1e-6) {
+            let out = one([r, g, -tiny], Limit::Unit);
+            prop_assert!(out.iter().all(|x| (0.0..=1.0).contains(x)), "{out:?}");
         }
 
         #[test]

@@ -167,7 +167,7 @@ impl Xyz2rgb {
         Ok(picture::map_on_all_threads(input, header, move |pixels| {
             for p in pixels.chunks_exact_mut(3) {
                 let out = compressor.apply([p[0], p[1], p[2]].map(f64::from));
-                p.iter_mut().zip(out).for_each(|(p, x)| *p = x as f32);
+                p.iter_mut().zip(out).for_each(|(p, x)| *p = (x as f32).clamp(f32::MIN, f32::MAX));
             }
         }))
     }
@@ -182,12 +182,24 @@ impl Xyz2rgb {
             Gamut::Compress => self.compressed(input, Curve::Compress(self.knee), run)?,
             _ => input,
         };
+        // Over a power of two that no row's sum exceeds, the terms of a finite colour cannot overflow against each other.
+        let rows = m.map(|r| r.iter().map(|x| x.abs()).sum::<f32>());
+        let scale = rows.iter().fold(1.0, |most: f32, x| most.max(*x)).log2().ceil().exp2();
+        let m = m.map(|r| r.map(|x| x / scale));
         let convert = move |pixels: &mut [f32]| {
             matrix::for_planes(
                 pixels,
                 #[inline(always)]
                 |p| {
                     *p = matrix::multiply_planes(&m, p);
+                    for plane in p.iter_mut() {
+                        for x in plane {
+                            *x *= scale;
+                        }
+                    }
+                    if gamut != Gamut::None {
+                        gamut::tame(p);
+                    }
                     match gamut {
                         Gamut::None => {}
                         Gamut::Clip => gamut::clip(p, limit),

@@ -121,3 +121,20 @@ pub fn fails(name: &str, args: &[&str], input: &[u8], status: i32, word: &str) {
     assert!(message.contains(word), "{name} {args:?}: '{word}' not in: {message}");
     assert!(output.stdout.is_empty(), "{name} {args:?} wrote {} bytes", output.stdout.len());
 }
+
+/// A committed page is what the code prints: words alike, numbers to one unit of their last digit.
+pub fn page_is_printed(path: &str, printed: &str) {
+    let committed = std::fs::read_to_string(root().join(path)).unwrap();
+    assert_eq!(committed.lines().count(), printed.lines().count(), "run: make {path}");
+    for (old, new) in committed.lines().zip(printed.lines()) {
+        let same = |(a, b): (&str, &str)| match (a.parse::<f64>(), b.parse::<f64>()) {
+            (Ok(x), Ok(y)) => {
+                let digits = a.split_once('.').map_or(0, |d| d.1.len());
+                (x - y).abs() <= 1.01 * 10f64.powi(-(digits as i32))
+            }
+            _ => a == b,
+        };
+        let (a, b): (Vec<&str>, Vec<&str>) = (old.split_whitespace().collect(), new.split_whitespace().collect());
+        assert!(a.len() == b.len() && a.into_iter().zip(b).all(same), "run: make {path}\n{old}\n{new}");
+    }
+}
