@@ -138,8 +138,12 @@ fn finite(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|x: &f64| x.is_finite())
 }
 
-/// Straight lines between points, continued beyond them, as macbethcal itself does.
+/// Straight lines between points, continued beyond them as macbethcal itself does, but to no light rather than below.
 fn interpolate(points: &[(f64, f64); POINTS], x: f64) -> f64 {
+    let ((x0, y0), (x1, y1)) = (points[0], points[1]);
+    if x < x0 && y0 * x1 < y1 * x0 {
+        return y0 * x / x0;
+    }
     let above = points.partition_point(|p| p.0 < x).clamp(1, POINTS - 1);
     let ((x0, y0), (x1, y1)) = (points[above - 1], points[above]);
     y0 + (y1 - y0) * (x - x0) / (x1 - x0)

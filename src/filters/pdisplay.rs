@@ -77,7 +77,7 @@ pdisplay --macbethcal --lmax 90 tests/data/macbeth_print.cal print.toml";
         self.check_options()?;
         let text = read(&path)?;
         let (text, verdict) = if self.macbethcal {
-            (self.from_macbethcal(&text, &path, run).map_err(|e| e.in_file(source(&path)))?, None)
+            (self.of_macbethcal(&text, &path, run).map_err(|e| e.in_file(source(&path)))?, None)
         } else {
             let readings = Readings::parse(&text).map_err(|e| e.in_file(source(&path)))?;
             match &self.check {
@@ -174,7 +174,7 @@ impl Pdisplay {
         Ok(text + &found.display.to_toml())
     }
 
-    fn from_macbethcal(&self, text: &str, path: &Path, run: &Run) -> Result<String> {
+    fn of_macbethcal(&self, text: &str, path: &Path, run: &Run) -> Result<String> {
         let correction = Correction::parse(text)?;
         let display =
             correction.display(&self.title(path), self.lmax, self.white.unwrap_or(Xy::E), self.gamma, self.bits)?;
