@@ -12,7 +12,7 @@ pub const MEAN_TOLERANCE: f64 = 0.1;
 pub const MAX_TOLERANCE: f64 = 1.0;
 /// Readings of one code that differ by more Delta E 2000 are contradictory.
 const REPEATABLE: f64 = 5.0;
-/// A ramp may fall by this share of white before it is contradictory: a meter's noise.
+/// Light may fall by this share of white while codes rise before that is contradictory: a meter's noise.
 const FALL: f64 = 0.02;
 /// Contrast written for a black that was read as no light, since a description needs one above 0.
 const DARKEST: f64 = 1e-6;
@@ -144,6 +144,17 @@ fn check(all: &[Reading], black: [f64; 3], white: [f64; 3], primaries: [[f64; 3]
         {
             let (a, b) = (other.xyz[1], r.xyz[1]);
             return invalid!("line {}: {b} cd/m2 contradicts line {}, the same code with {a}", r.line, other.line);
+        }
+    }
+    for r in all {
+        let lower = |o: &&Reading| (0..3).all(|c| o.code[c] <= r.code[c]) && o.xyz[1] > r.xyz[1] + FALL * white[1];
+        if let Some(other) = all.iter().find(lower) {
+            let (a, b) = (other.xyz[1], r.xyz[1]);
+            return invalid!(
+                "line {}: light falls to {b} cd/m2 from {a} in line {}, whose codes are lower",
+                r.line,
+                other.line
+            );
         }
     }
     Ok(())

@@ -57,7 +57,7 @@ pub struct Pdisplay {
 clap_defaults!(Pdisplay);
 
 /// No file of readings is longer, bytes.
-const LONGEST: u64 = 1 << 24;
+const LONGEST: u64 = 1 << 20;
 /// A mean Delta E 2000 or an additivity error above these gets a note.
 const DOUBTFUL: (f64, f64) = (2.0, 0.05);
 
