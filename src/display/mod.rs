@@ -1,5 +1,8 @@
 //! Displays: what a medium can show, as a TOML file. `displays/` ships some; a path names another.
 
+pub mod fit;
+pub mod macbeth;
+pub mod readings;
 pub mod transfer;
 
 use std::f64::consts::PI;
@@ -9,7 +12,7 @@ use std::str::FromStr;
 
 use toml::de::DeValue;
 
-use crate::color::{Primaries, Xy};
+use crate::color::{Mat3, Primaries, Xy};
 use crate::keys::{self, Keys};
 use crate::{Error, Result, string_serde};
 
@@ -50,6 +53,41 @@ impl Display {
         range.iter().zip(self.range()).all(|(a, b)| (a - b).abs() <= 1e-3 * b)
     }
 
+    /// XYZ in cd/m2 that codes 0..1 show: black, of white's chromaticity, and the primaries' light above it.
+    ///
+    /// ```
+    /// let d: luxpipe::display::Display = "srgb".parse().unwrap();
+    /// assert!((d.light([1.0; 3])[1] - d.white_cd_m2).abs() < 1e-9 && (d.light([0.0; 3])[1] - d.black_cd_m2).abs() < 1e-9);
+    /// ```
+    pub fn light(&self, codes: [f64; 3]) -> [f64; 3] {
+        let [black, white] = self.range();
+        let m = self.primaries.to_xyz().unwrap_or(Mat3::IDENTITY); // a display's primaries span an area
+        let over = m.apply(self.transfer.light(codes, (black, white), m.0[1]));
+        let neutral = self.primaries.white.xyz();
+        [0, 1, 2].map(|i| over[i] * (white - black) + neutral[i] * black)
+    }
+
+    /// The keys of its file, ambient light within `lmax` and `lmin`.
+    pub fn to_toml(&self) -> String {
+        let p = self.primaries.numbers().map(|x| significant(x, 6)).join(",");
+        let transfer = match &self.transfer {
+            Transfer::Srgb => "\"srgb\"".to_string(),
+            Transfer::Pq => "\"pq\"".to_string(),
+            Transfer::Hlg => "\"hlg\"".to_string(),
+            Transfer::Gamma(g) => format!("{{ gamma = {} }}", significant(*g, 5)),
+            Transfer::Table(light) => {
+                let rows: Vec<String> = light.chunks(8).map(|r| list(r.iter())).collect();
+                format!("{{ table = [\n  {}\n] }}", rows.join(",\n  "))
+            }
+        };
+        format!(
+            "primaries = \"{p}\"\nlmax = {}\nlmin = {}\nambient_lux = 0\nreflectance = 0\ntransfer = {transfer}\nbits = {}\n",
+            significant(self.white_cd_m2, 7),
+            significant(self.black_cd_m2, 7),
+            self.bits
+        )
+    }
+
     fn parse(name: &str, text: &str) -> Result<Display> {
         let mut k = keys::parse(text)?;
         let (primaries, span) =
@@ -75,6 +113,20 @@ impl Display {
         k.finish()?;
         Ok(Display { name: name.to_string(), primaries, white_cd_m2, black_cd_m2, transfer, bits })
     }
+}
+
+fn list<'a>(numbers: impl Iterator<Item = &'a f64>) -> String {
+    numbers.map(|x| significant(*x, 8)).collect::<Vec<_>>().join(", ")
+}
+
+/// A number rounded to so many digits, plain notation.
+fn significant(x: f64, digits: i32) -> String {
+    if x == 0.0 {
+        return "0".into();
+    }
+    let after_point = (digits - 1 - x.abs().log10().floor() as i32).clamp(0, 17) as usize;
+    let text = format!("{x:.after_point$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
 }
 
 fn transfer(k: &mut Keys) -> Result<Transfer> {
@@ -153,6 +205,21 @@ mod tests {
         }
         let srgb: Display = "srgb".parse().unwrap();
         assert!((srgb.white_cd_m2 - 80.2037).abs() < 1e-4 && (srgb.black_cd_m2 - 0.4037).abs() < 1e-4);
+    }
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let table = Transfer::Table((0..=8).map(|i| (f64::from(i) / 8.0).powf(2.5)).collect());
+        for transfer in [Transfer::Srgb, Transfer::Pq, Transfer::Hlg, Transfer::Gamma(2.25), table] {
+            let d = Display { transfer, white_cd_m2: 123.0, ..Display::from_str("print").unwrap() };
+            let back = Display::parse("print", &d.to_toml()).unwrap();
+            assert!(back.primaries.distance(&d.primaries) < 1e-6, "{}", d.to_toml());
+            let (a, b) = (back.light([0.1, 0.45, 0.8]), d.light([0.1, 0.45, 0.8]));
+            assert!(a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < 1e-5), "{}", d.to_toml());
+            assert!((back.white_cd_m2 - 123.0).abs() < 1e-4 && (back.black_cd_m2 / d.black_cd_m2 - 1.0).abs() < 1e-6);
+        }
+        assert_eq!(significant(0.000123456789, 4), "0.0001235");
+        assert_eq!(significant(1200.0, 3), "1200");
     }
 
     #[test]

@@ -66,7 +66,33 @@ pub fn hlg_encode(scene: f64) -> f64 {
     if scene <= 1.0 / 12.0 { (3.0 * scene).sqrt() } else { A * (12.0 * scene - b).ln() + c }
 }
 
+/// Scene light of a BT.2100 HLG code.
+pub fn hlg_decode(code: f64) -> f64 {
+    const A: f64 = 0.178_832_77;
+    let (b, c) = (1.0 - 4.0 * A, 0.5 - A * (4.0 * A).ln());
+    if code <= 0.5 { code * code / 3.0 } else { (((code - c) / A).exp() + b) / 12.0 }
+}
+
 impl Transfer {
+    /// Back from [`Transfer::encode`]: the light, as shares 0..1 of the range from `black` to `white`, of codes 0..1.
+    pub fn light(&self, codes: [f64; 3], (black, white): (f64, f64), y: [f64; 3]) -> [f64; 3] {
+        match self {
+            Transfer::Pq => codes.map(|c| ((pq_decode(c) - black) / (white - black)).clamp(0.0, 1.0)),
+            Transfer::Hlg => {
+                let gamma = 1.2 + 0.42 * (white / 1000.0).log10();
+                let scene = codes.map(hlg_decode);
+                let luminance: f64 = scene.iter().zip(y).map(|(a, b)| a * b).sum();
+                scene.map(|x| if luminance > 0.0 { x * luminance.powf(gamma - 1.0) } else { 0.0 })
+            }
+            _ => self.shares(codes),
+        }
+    }
+
+    /// The same for curves that treat each channel alone; codes of the others are taken for light.
+    pub(super) fn shares(&self, codes: [f64; 3]) -> [f64; 3] {
+        codes.map(|c| self.decode(c).unwrap_or(c))
+    }
+
     /// Codes 0..1 of linear RGB shares 0..1 on a display from `black` to `white` cd/m2; `y` is the luminance row.
     pub fn encode(&self, rgb: [f64; 3], (black, white): (f64, f64), y: [f64; 3]) -> [f64; 3] {
         match self {
@@ -179,6 +205,10 @@ mod tests {
             let code = |x: f64| t.encode([x; 3], (0.01, 1000.0), [0.2627, 0.678, 0.0593])[1];
             assert!((0..1000).all(|i| code(f64::from(i) / 1000.0) < code(f64::from(i + 1) / 1000.0)), "{t:?}");
             if t != Transfer::Pq {
+                let rgb = [0.3, 0.01, 0.4];
+                let y = [0.2627, 0.678, 0.0593];
+                let back = t.light(t.encode(rgb, (0.01, 1000.0), y), (0.01, 1000.0), y);
+                assert!(back.iter().zip(rgb).all(|(a, b)| (a - b).abs() < 1e-9), "{t:?}: {back:?}");
                 assert!(code(0.0).abs() < 1e-9 && (code(1.0) - 1.0).abs() < 1e-7, "{t:?}: {}", code(1.0));
             }
         }

@@ -2,6 +2,7 @@
 
 mod pcompare;
 mod pcond;
+mod pdisplay;
 mod picinfo;
 mod ra_png;
 mod ra_rgbe;
@@ -13,6 +14,7 @@ mod xyz2rgb;
 
 pub use pcompare::Pcompare;
 pub use pcond::Pcond;
+pub use pdisplay::Pdisplay;
 pub use picinfo::Picinfo;
 pub use ra_png::RaPng;
 pub use ra_rgbe::RaRgbe;
@@ -41,4 +43,5 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Picinfo>::NEW,
     &Entry::<Specmat>::NEW,
     &Entry::<Pcompare>::NEW,
+    &Entry::<Pdisplay>::NEW,
 ];

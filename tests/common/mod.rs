@@ -16,6 +16,11 @@ pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// A file of tests/data.
+pub fn data_path(name: &str) -> String {
+    root().join("tests/data").join(name).to_str().unwrap().to_string()
+}
+
 /// A scene of the repository.
 pub fn scene(name: &str) -> Scene {
     load::load(&root().join("scenes").join(name)).unwrap()
