@@ -4,8 +4,8 @@
 //! **A** (shrink) divides all saturations by the largest excess there is. **B** (compress) leaves excesses up to the knee
 //! alone and bends the rest into what is left; with the knee at 1 it is clipping. Luminance stays as it is.
 //!
-//! Hue is constant along straight lines in u'v', where saturated blues drift toward purple as they pale, or in Oklab,
-//! where they stay blue.
+//! Hue is constant along straight lines in u'v' or in Oklab. The two part most for saturated blues, which by Oklab's measure
+//! drift toward purple as they pale along u'v'; docs/gamut.md holds both against Munsell's blues.
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};

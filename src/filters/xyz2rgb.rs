@@ -70,7 +70,7 @@ pub struct Xyz2rgb {
     /// With compress: share of the gamut that stays as it is; 1 clips
     #[arg(long, value_name = "SHARE", default_value_t = 0.8)]
     pub knee: f64,
-    /// With shrink and compress: where hue is constant. Paling blues turn purple in uv, in oklab they stay blue
+    /// With shrink and compress: where lines of constant hue are straight; the two part most for blues (docs/gamut.md)
     #[arg(long, value_enum, value_name = "SPACE", default_value = "uv")]
     pub hue: Hue,
     /// Rendering intent, in place of --gamut
