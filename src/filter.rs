@@ -117,6 +117,7 @@ pub fn dress(command: Command, about: &'static str, example: &str) -> Command {
         .about(about)
         .version(env!("CARGO_PKG_VERSION"))
         .after_help(format!("Example:\n  {}", example.replace('\n', "\n  ")))
+        .allow_negative_numbers(true)
         .disable_help_flag(true)
         .disable_version_flag(true)
         .arg(flag("help", "Print this help", ArgAction::Help))

@@ -18,7 +18,7 @@ use crate::notes::Notes;
 use crate::options::{ReadOptions, RunOptions, quote};
 use crate::stream::writer::Format;
 use crate::stream::{Block, Header, Picture};
-use crate::{Error, Result, invalid};
+use crate::{Error, Result, invalid, usage};
 
 /// Command line of `luxpipe`.
 #[derive(Args, Clone, Debug)]
@@ -102,7 +102,11 @@ impl Pipeline {
 
     /// The chain that an intent means. Perceptual and saturation: adaptation, histogram adjustment, the gamut rule, PNG;
     /// colorimetric: the stimulus itself, PNG. A scene is rendered first.
-    pub fn of_intent(intent: Intent, input: &Path, output: Option<PathBuf>, display: &Display) -> Pipeline {
+    pub fn of_intent(intent: Intent, input: &Path, output: Option<PathBuf>, display: &Display) -> Result<Pipeline> {
+        let png = |p: &PathBuf| p.as_os_str() == "-" || p.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        if let Some(other) = output.as_ref().filter(|p| !png(p)) {
+            return usage!("{}: --intent writes PNG; name a .png file", other.display());
+        }
         let display = || Some(display.clone());
         let mut chain = Chain { stages: Vec::new(), input: Some(input.to_path_buf()) };
         if input.extension().is_some_and(|e| e == "toml") {
@@ -118,7 +122,7 @@ impl Pipeline {
         if let Some(last) = chain.stages.last_mut() {
             last.stage.output = output;
         }
-        Pipeline { stages: chain.stages }
+        Ok(Pipeline { stages: chain.stages })
     }
 
     /// Runs all stages in this process. The bytes are those of the shell command.

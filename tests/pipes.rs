@@ -229,9 +229,16 @@ fn a_reader_that_goes_away_ends_the_writer_quietly() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("big.lux");
     fs::write(&file, stream(XYZ, "-Y 1000 +X 1000", &vec![1.0; 3_000_000])).unwrap();
-    for name in ["vonkries", "pcond", "xyz2rgb", "ra_rgbe"] {
+    // Noise for the display, so that the PNG is larger than a pipe.
+    let noise: Vec<f32> =
+        (0..3_000_000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0).collect();
+    let shown = folder.path().join("shown.lux");
+    let header = "NCOMP=3\nCOMPONENTS=RGB\nUNITS=display\nPRIMARIES= .64 .33 .3 .6 .15 .06 .3127 .329";
+    fs::write(&shown, stream(header, "-Y 1000 +X 1000", &noise)).unwrap();
+    for name in ["vonkries", "pcond", "xyz2rgb", "ra_rgbe", "ra_png"] {
+        let input = if name == "ra_png" { &shown } else { &file };
         let mut child =
-            Command::new(program(name)).arg(&file).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+            Command::new(program(name)).arg(input).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let mut some = [0; 100];
         std::io::Read::read_exact(child.stdout.as_mut().unwrap(), &mut some).unwrap();
         drop(child.stdout.take());
@@ -348,6 +355,14 @@ fn refusals_name_the_way_out() {
     fails("vonkries", &["--degree", "2"], &input, 2, "degree");
     fails("xyz2rgb", &["--to", "0,0,0,0,0,0,0,0"], &input, 2, "area");
     fails("xyz2rgb", &["--gamut", "desaturat"], &input, 2, "desaturate");
+    fails("xyz2rgb", &["--knee", "0.5"], &input, 2, "--gamut compress");
+    fails("xyz2rgb", &["--hue", "oklab"], &input, 2, "shrink");
+    fails("xyz2rgb", &["--relative"], &input, 2, "colorimetric");
+    fails("vonkries", &["--la", "5"], &input, 2, "--degree auto");
+    fails("vonkries", &["--degree", "-1"], &input, 2, "0 to 1");
+    fails("spec2xyz", &["--factor", "5"], &input, 2, "--response");
+    let impossible = stream(&XYZ.replace("WHITE= 0.4476 0.4074\n", ""), "-Y 1 +X 1", &[-5.0, 900.0, 5.0]);
+    fails("vonkries", &["--from", "auto"], &impossible, 1, "no white can be guessed");
     fails("pcond", &["-u", "0"], &input, 2, "ldmax");
     fails("pcond", &["-e", "bright"], &input, 2, "bright");
     fails("pcond", &["-e", "1", "-x", "map.txt"], &input, 2, "--map");
@@ -539,6 +554,7 @@ fn an_intent_is_a_whole_chain() {
             assert!(fs::read(&file).unwrap() == fused, "{intent} {display}: {line}");
         }
     }
+    fails("luxpipe", &["--intent", "perceptual", office, "out.hdr"], b"", 2, ".png");
     fails("luxpipe", &["--intent", "relative", office], b"", 2, "relative");
     fails("luxpipe", &[office, "out.png"], b"", 2, "--intent");
 }

@@ -21,7 +21,7 @@ fn main() -> ExitCode {
 
 fn run(args: &Luxpipe, notes: &Notes) -> Result<()> {
     let pipeline = match args.intent {
-        Some(intent) => Pipeline::of_intent(intent, &args.pipeline, args.output.clone(), &args.display),
+        Some(intent) => Pipeline::of_intent(intent, &args.pipeline, args.output.clone(), &args.display)?,
         None => Pipeline::load(&args.pipeline)?,
     };
     if args.shell {

@@ -40,7 +40,11 @@ pub struct Coding {
 }
 
 /// Writes an upright picture of linear RGB.
-pub fn write(mut picture: Box<dyn Picture>, coding: &Coding, out: &mut Output) -> Result<Clipped> {
+pub fn write(picture: Box<dyn Picture>, coding: &Coding, out: &mut Output) -> Result<Clipped> {
+    encode(picture, coding, out).map_err(|e| out.failure().unwrap_or(e))
+}
+
+fn encode(mut picture: Box<dyn Picture>, coding: &Coding, out: &mut Output) -> Result<Clipped> {
     let header = picture.header().clone();
     let mut block = Block::default();
     let mut more = picture.next(&mut block)?;

@@ -20,10 +20,10 @@ impl Default for WhiteEstimate {
 }
 
 impl WhiteEstimate {
-    /// Takes in pixels of XYZ; those without positive, finite luminance do not count.
+    /// Takes in pixels of XYZ; those without luminance, with a negative component or beyond 1e30 do not count.
     pub fn add(&mut self, pixels: &[f32]) {
         for p in pixels.chunks_exact(3) {
-            if p[1] > 0.0 && p.iter().all(|x| x.is_finite()) {
+            if p[1] > 0.0 && p.iter().all(|x| (0.0..1e30).contains(x)) {
                 let (count, sum) = &mut self.steps[(p[1].to_bits() >> (23 - STEPS_LOG2)) as usize];
                 *count += 1;
                 sum.iter_mut().zip(p).for_each(|(s, x)| *s += f64::from(*x));

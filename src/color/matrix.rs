@@ -132,3 +132,32 @@ pub fn multiply_rows(m: &[[f32; 3]; 3], triples: &mut [f32]) {
         |p| *p = multiply_planes(m, p),
     );
 }
+
+/// The same, a finite colour never becoming infinite or NaN: the sums are taken over a power of two that none exceeds, and
+/// what is too large for a float is the largest one.
+pub fn multiply_rows_finite(m: &[[f32; 3]; 3], triples: &mut [f32]) {
+    let rows = m.map(|r| r.iter().map(|x| x.abs()).sum::<f32>());
+    let scale = rows.iter().fold(1.0, |most: f32, x| most.max(*x)).log2().ceil().exp2();
+    let m = m.map(|r| r.map(|x| x / scale));
+    let top = f32::MAX / scale;
+    for_planes(
+        triples,
+        #[inline(always)]
+        |p| {
+            *p = multiply_planes(&m, p);
+            for plane in p.iter_mut() {
+                for x in plane {
+                    // Infinities and NaN that came in stay what they are.
+                    let held = if *x > top {
+                        top
+                    } else if *x < -top {
+                        -top
+                    } else {
+                        *x
+                    };
+                    *x = if x.is_finite() { held * scale } else { *x };
+                }
+            }
+        },
+    );
+}

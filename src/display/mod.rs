@@ -20,6 +20,9 @@ pub use transfer::Transfer;
 
 static FILES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/displays.rs"));
 
+/// Contrast beyond which black counts as this part of white.
+const LARGEST_CONTRAST: f64 = 1e6;
+
 /// One description of a medium.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Display {
@@ -106,9 +109,11 @@ impl Display {
         let transfer = transfer(&mut k)?;
         let bits = k.number("bits", "must be 8 or 16", |x| x == 8.0 || x == 16.0)?.unwrap_or(8.0) as u8;
         let veil = lux * reflectance / PI;
-        let (black_cd_m2, white_cd_m2) = (lmin + veil, lmax + veil);
-        if black_cd_m2 <= 0.0 || white_cd_m2 <= black_cd_m2 {
-            return Err(k.wrong("black, with the ambient light it reflects, must be above 0 and below white"));
+        let white_cd_m2 = lmax + veil;
+        // A black without light has no logarithm; a millionth of white is as black as can be told.
+        let black_cd_m2 = (lmin + veil).max(white_cd_m2 / LARGEST_CONTRAST);
+        if lmax <= lmin {
+            return Err(k.wrong("lmin must be below lmax"));
         }
         k.finish()?;
         Ok(Display { name: name.to_string(), primaries, white_cd_m2, black_cd_m2, transfer, bits })
@@ -226,10 +231,14 @@ mod tests {
     fn faults_are_named() {
         let good = "primaries = \"BT.709\"\nlmax = 80\nlmin = 0.2\n";
         assert!(Display::parse("x", good).is_ok());
+        assert_eq!(
+            Display::parse("x", &good.replace("lmin = 0.2", "lmin = 0")).unwrap().black_cd_m2,
+            80.0 / LARGEST_CONTRAST
+        );
         for (from, to, word) in [
             ("lmax = 80", "lmax = 0", "lmax"),
-            ("lmax = 80", "lmax = 0.1", "below white"),
-            ("lmin = 0.2", "lmin = 0", "above 0"),
+            ("lmax = 80", "lmax = 0.1", "below lmax"),
+            ("lmin = 0.2", "lmin = -1", "from 0"),
             ("lmin = 0.2", "", "needed"),
             ("\"BT.709\"", "\"BT.70\"", "primaries"),
             ("lmin = 0.2", "lmin = 0.2\ntransfer = \"log\"", "pq"),

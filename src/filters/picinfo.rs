@@ -91,7 +91,7 @@ const DECADES: std::ops::RangeInclusive<i32> = -8..=12;
 
 impl Filter for Picinfo {
     const NAME: &'static str = "picinfo";
-    const ABOUT: &'static str = "Print a picture's header, units, extremes and luminance histogram";
+    const ABOUT: &'static str = "Print a picture's header, units, extremes and luminance histogram by decades, 1e-8 and 1e12 taking in what lies beyond";
     const EXAMPLE: &'static str = "picinfo out/cornell.hdr";
     const FORMATS: bool = false;
     const SIGNS: bool = false;

@@ -42,7 +42,7 @@ pub struct Spec2xyz {
     #[arg(long, value_name = "RESPONSE", value_hint = ValueHint::FilePath, conflicts_with_all = ["observer", "relative_to"])]
     pub response: Vec<String>,
     /// With --response: times this, such as 683 lm/W
-    #[arg(long, value_name = "K", default_value_t = 1.0)]
+    #[arg(long, value_name = "K", default_value_t = 1.0, requires = "response")]
     pub factor: f64,
 }
 clap_defaults!(Spec2xyz);

@@ -55,7 +55,10 @@ clap_defaults!(Vonkries);
 
 impl Vonkries {
     fn degree(&self) -> Result<f64> {
+        let default = Vonkries::default();
+        let luminances = (self.la, self.ld, self.surround) != (default.la, default.ld, default.surround);
         match self.degree {
+            Degree::Fixed(_) if luminances => usage!("--la, --ld and --surround go with --degree auto"),
             Degree::Fixed(d) => Ok(d),
             Degree::Auto
                 if [self.la, self.ld].iter().all(|l| (1e-6..1e9).contains(l))
@@ -91,7 +94,8 @@ impl Vonkries {
             White::Auto => (estimate.brightest(), "brightest hundredth"),
             _ => (estimate.grey(), "mean of all pixels"),
         };
-        let xy = guess.ok_or_else(|| Error::Invalid("the picture is black: no white can be guessed from it".into()))?;
+        let missing = "no white can be guessed: no pixel has the colour of a light";
+        let xy = guess.filter(|xy| xy.is_physical()).ok_or_else(|| Error::Invalid(missing.into()))?;
         run.notes.add(format!("white {:.4},{:.4} guessed from the {how}", xy.x, xy.y));
         Ok((xy, input))
     }
@@ -114,8 +118,10 @@ impl Vonkries {
 
 /// Eight significant digits, plain notation.
 fn eight_digits(x: f64) -> String {
-    let before_point = if x == 0.0 { 1 } else { x.abs().log10().floor() as i32 + 1 };
-    format!("{x:.*}", (8 - before_point).clamp(0, 20) as usize)
+    let x = if x.abs() < 1e-14 { 0.0 } else { x }; // rounding of an identity
+    // The exponent after rounding: 0.999999999 is 1.0000000.
+    let exponent = format!("{x:.7e}").split_once('e').and_then(|e| e.1.parse::<i32>().ok()).unwrap_or(0);
+    format!("{x:.*}", (7 - exponent).clamp(0, 20) as usize)
 }
 
 impl Filter for Vonkries {
@@ -139,6 +145,6 @@ impl Filter for Vonkries {
         header.white = Some(to);
         let cat = self.cat.name();
         header.adapted = Some(Adapted { from, to, cat, degree: self.degree()? });
-        Ok(Product::Picture(picture::map(input, header, move |pixels| matrix::multiply_rows(&m, pixels))))
+        Ok(Product::Picture(picture::map(input, header, move |pixels| matrix::multiply_rows_finite(&m, pixels))))
     }
 }

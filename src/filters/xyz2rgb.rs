@@ -95,6 +95,22 @@ clap_defaults!(Xyz2rgb);
 const SAME_WHITE: f64 = 0.003;
 
 impl Xyz2rgb {
+    /// An option that would change nothing is a mistake.
+    fn check(&self) -> Result<()> {
+        let default = Xyz2rgb::default();
+        let compress = self.gamut == Gamut::Compress || self.intent == Some(Intent::Perceptual);
+        if self.knee != default.knee && !compress {
+            return usage!("--knee goes with --gamut compress or --intent perceptual");
+        }
+        if (self.hue, self.reach) != (default.hue, default.reach) && !compress && self.gamut != Gamut::Shrink {
+            return usage!("--hue and --reach go with --gamut shrink or compress, or --intent perceptual");
+        }
+        if self.relative && self.intent != Some(Intent::Colorimetric) {
+            return usage!("--relative goes with --intent colorimetric");
+        }
+        Ok(())
+    }
+
     fn primaries(&self) -> Primaries {
         self.display.as_ref().map_or(self.to, |d| d.primaries)
     }
@@ -156,12 +172,14 @@ impl Xyz2rgb {
             let mut reach = 1f64;
             input = spool::twice(input, &run.options.limits(), &run.notes, |_, block| {
                 let excess = |p: &[f32]| compressor.excess([p[0], p[1], p[2]].map(f64::from));
+                // Noise may lie beyond what can be seen; it does not set the scale.
                 let most = block.data.chunks_exact(3).map(excess).fold(1.0, f64::max);
-                reach = reach.max(most);
+                reach = reach.max(most.min(visible));
             })?;
-            // Noise may lie beyond what can be seen; it does not set the scale.
-            compressor.reach = reach.min(visible);
-            run.notes.add(format!("saturations reach {:.3} times the gamut", reach));
+            compressor.reach = reach;
+            if reach > 1.0005 {
+                run.notes.add(format!("saturations reach {reach:.3} times the gamut"));
+            }
         }
         let header = input.header().clone();
         Ok(picture::map_on_all_threads(input, header, move |pixels| {
@@ -294,6 +312,7 @@ impl Filter for Xyz2rgb {
             }
             return tristimulus(input).map(Product::Picture);
         }
+        self.check()?;
         let input = tristimulus(input)?;
         let display_referred = input.header().units == Units::Display;
         let out = match self.intent {

@@ -14,6 +14,8 @@ use crate::{Error, Result, usage};
 pub struct Output {
     name: String,
     target: Target,
+    /// The last refusal of the system: libraries in between may lose it.
+    failure: Option<(io::ErrorKind, Option<i32>)>,
 }
 
 enum Target {
@@ -34,7 +36,7 @@ impl Output {
             let file = io::stdout().as_fd().try_clone_to_owned().map_err(|e| Error::io(name.clone(), e))?;
             let file = File::from(file);
             enlarge_pipe(&file);
-            return Ok(Output { name, target: Target::Stream(file) });
+            return Ok(Output { name, target: Target::Stream(file), failure: None });
         };
         let name = crate::error::printable(path.as_os_str().as_encoded_bytes());
         let failed = |e| Error::io(name.clone(), e);
@@ -42,7 +44,7 @@ impl Output {
         let path = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         if path.metadata().is_ok_and(|m| !m.is_file()) {
             let file = File::options().write(true).open(&path).map_err(failed)?;
-            return Ok(Output { name, target: Target::Stream(file) });
+            return Ok(Output { name, target: Target::Stream(file), failure: None });
         }
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut builder = tempfile::Builder::new();
@@ -53,7 +55,7 @@ impl Output {
             builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
         }
         let file = builder.tempfile_in(folder).map_err(|e| failed(plain(e)))?;
-        Ok(Output { name, target: Target::File(Box::new(file), path) })
+        Ok(Output { name, target: Target::File(Box::new(file), path), failure: None })
     }
 
     /// The last act of a filter: everything is written, checked, and the file gets its name. Once is enough; a filter whose
@@ -67,6 +69,12 @@ impl Output {
             }
         }
         Ok(())
+    }
+
+    /// What the system last refused here, if it did.
+    pub fn failure(&self) -> Option<Error> {
+        let (kind, code) = self.failure?;
+        Some(self.error(code.map_or(kind.into(), io::Error::from_raw_os_error)))
     }
 
     /// An error of this destination.
@@ -83,10 +91,14 @@ fn plain(e: io::Error) -> io::Error {
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        match &mut self.target {
+        let written = match &mut self.target {
             Target::Stream(file) => file.write(bytes),
             Target::File(file, _) => file.as_file_mut().write(bytes),
+        };
+        if let Err(e) = &written {
+            self.failure = Some((e.kind(), e.raw_os_error()));
         }
+        written
     }
 
     fn flush(&mut self) -> io::Result<()> {

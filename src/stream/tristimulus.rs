@@ -39,6 +39,9 @@ pub fn integrated<W: AsRef<[f64]>>(
     header.ncomp = weights.len();
     let row = |w: &W| w.as_ref().iter().map(|x| *x as f32).collect::<Vec<f32>>();
     let rows: Vec<Vec<f32>> = weights.iter().map(row).collect();
+    if rows.iter().flatten().any(|w| !w.is_finite()) {
+        return invalid!("a weight of the spectrum's sum is too large for a float");
+    }
     if let [x, y, z] = &rows[..] {
         let w: Vec<[f32; 3]> = (0..x.len()).map(|k| [x[k], y[k], z[k]]).collect();
         return Ok(picture::map_across(input, header, move |from, to| sum_weighted(&w, stride, from, to)));
