@@ -13,6 +13,16 @@ pub fn wide<R>(f: impl FnOnce() -> R) -> R {
     ARCH.get_or_init(pulp::Arch::new).dispatch(f)
 }
 
+/// True when every |x| is at most `limit`, which is finite; NaN and infinities are not. Whole numbers compare as floats of one
+/// sign do, and their largest is found a register at a time.
+pub fn all_within(values: &[f32], limit: f32) -> bool {
+    let largest = wide(
+        #[inline(always)]
+        || values.iter().fold(0u32, |m, x| m.max(x.to_bits() & 0x7fff_ffff)),
+    );
+    largest <= limit.to_bits()
+}
+
 /// x between low and high, NaN at low: what `clamp` is not.
 #[inline(always)]
 #[allow(clippy::manual_clamp)]

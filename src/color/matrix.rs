@@ -133,9 +133,15 @@ pub fn multiply_rows(m: &[[f32; 3]; 3], triples: &mut [f32]) {
     );
 }
 
+/// Colours up to this are far from overflow under any matrix of colours.
+const TAME: f32 = 1e30;
+
 /// The same, a finite colour never becoming infinite or NaN: the sums are taken over a power of two that none exceeds, and
 /// what is too large for a float is the largest one.
 pub fn multiply_rows_finite(m: &[[f32; 3]; 3], triples: &mut [f32]) {
+    if simd::all_within(triples, TAME) {
+        return multiply_rows(m, triples);
+    }
     let rows = m.map(|r| r.iter().map(|x| x.abs()).sum::<f32>());
     let scale = rows.iter().fold(1.0, |most: f32, x| most.max(*x)).log2().ceil().exp2();
     let m = m.map(|r| r.map(|x| x / scale));

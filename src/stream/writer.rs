@@ -13,6 +13,7 @@ use crate::color::gamut::{self, Limit};
 use crate::color::matrix;
 use crate::notes::Notes;
 use crate::parallel;
+use crate::simd;
 use crate::stream::output::Output;
 use crate::stream::picture;
 use crate::stream::rgbe::{self, Losses};
@@ -73,8 +74,8 @@ pub fn bounded(picture: Box<dyn Picture>) -> (Box<dyn Picture>, Replaced) {
     let header = picture.header().clone();
     let n = header.ncomp;
     let bound = move |pixels: &mut [f32]| {
-        if pixels.iter().all(|x| x.abs() <= LARGEST) {
-            return; // NaN fails the comparison too
+        if simd::all_within(pixels, LARGEST) {
+            return;
         }
         for pixel in pixels.chunks_exact_mut(n) {
             count[0].fetch_add(u64::from(pixel.iter().any(|x| x.is_nan())), Ordering::Relaxed);
