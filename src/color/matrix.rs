@@ -133,6 +133,14 @@ pub fn multiply_rows(m: &[[f32; 3]; 3], triples: &mut [f32]) {
     );
 }
 
+/// The matrix over a power of two that no row's sum exceeds, and that power: the terms of a finite colour cannot overflow
+/// against each other.
+pub fn over_largest_sum(m: &[[f32; 3]; 3]) -> ([[f32; 3]; 3], f32) {
+    let rows = m.map(|r| r.iter().map(|x| x.abs()).sum::<f32>());
+    let scale = rows.iter().fold(1.0, |most: f32, x| most.max(*x)).log2().ceil().exp2();
+    (m.map(|r| r.map(|x| x / scale)), scale)
+}
+
 /// Colours up to this are far from overflow under any matrix of colours.
 const TAME: f32 = 1e30;
 
@@ -142,9 +150,7 @@ pub fn multiply_rows_finite(m: &[[f32; 3]; 3], triples: &mut [f32]) {
     if simd::all_within(triples, TAME) {
         return multiply_rows(m, triples);
     }
-    let rows = m.map(|r| r.iter().map(|x| x.abs()).sum::<f32>());
-    let scale = rows.iter().fold(1.0, |most: f32, x| most.max(*x)).log2().ceil().exp2();
-    let m = m.map(|r| r.map(|x| x / scale));
+    let (m, scale) = over_largest_sum(m);
     let top = f32::MAX / scale;
     for_planes(
         triples,

@@ -91,6 +91,20 @@ impl Display {
         )
     }
 
+    /// Refuses a picture that was mapped for another display's range.
+    pub fn check_range(&self, range: [f64; 2]) -> Result<()> {
+        if self.shows(range) {
+            return Ok(());
+        }
+        crate::invalid!(
+            "the picture was mapped for {} to {} cd/m2, display {self} shows {:.4} to {:.4}; give pcond --display {self}",
+            range[0],
+            range[1],
+            self.black_cd_m2,
+            self.white_cd_m2
+        )
+    }
+
     fn parse(name: &str, text: &str) -> Result<Display> {
         let mut k = keys::parse(text)?;
         let (primaries, span) =

@@ -79,15 +79,7 @@ impl Filter for RaPng {
 
 /// A picture made for another display, or in other primaries, is not for this one.
 fn check_display(display: &Display, header: &Header) -> Result<()> {
-    if let Some(range) = header.display.filter(|r| !display.shows(*r)) {
-        return crate::invalid!(
-            "the picture was mapped for {} to {} cd/m2, display {display} shows {:.4} to {:.4}; give pcond --display {display}",
-            range[0],
-            range[1],
-            display.black_cd_m2,
-            display.white_cd_m2
-        );
-    }
+    header.display.map_or(Ok(()), |range| display.check_range(range))?;
     match header.primaries {
         Some(p) if p.distance(&display.primaries) > 1e-3 => {
             crate::invalid!(

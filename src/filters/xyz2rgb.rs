@@ -131,16 +131,8 @@ impl Xyz2rgb {
     fn header(&self, input: &Header, run: &Run) -> Result<Header> {
         let primaries = self.primaries();
         let mapped = input.display.filter(|_| input.units == Units::Display);
-        if let (Some(d), Some(range)) = (&self.display, mapped)
-            && !d.shows(range)
-        {
-            return invalid!(
-                "the picture was mapped for {} to {} cd/m2, display {d} shows {:.4} to {:.4}; give pcond --display {d}",
-                range[0],
-                range[1],
-                d.black_cd_m2,
-                d.white_cd_m2
-            );
+        if let (Some(display), Some(range)) = (&self.display, mapped) {
+            display.check_range(range)?;
         }
         if let Some(white) = input.white.filter(|w| w.distance(primaries.white) > SAME_WHITE) {
             let message = format!(
@@ -200,10 +192,7 @@ impl Xyz2rgb {
             Gamut::Compress => self.compressed(input, Curve::Compress(self.knee), run)?,
             _ => input,
         };
-        // Over a power of two that no row's sum exceeds, the terms of a finite colour cannot overflow against each other.
-        let rows = m.map(|r| r.iter().map(|x| x.abs()).sum::<f32>());
-        let scale = rows.iter().fold(1.0, |most: f32, x| most.max(*x)).log2().ceil().exp2();
-        let m = m.map(|r| r.map(|x| x / scale));
+        let (m, scale) = matrix::over_largest_sum(&m);
         let convert = move |pixels: &mut [f32]| {
             matrix::for_planes(
                 pixels,

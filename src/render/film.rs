@@ -19,9 +19,6 @@ pub trait Film<T: Throughput>: Send + Sync {
     /// Adds `weight` times what light number `light` sends along `path`.
     fn connect(&self, pixel: &mut Self::Pixel, light: usize, weight: f32, path: &T);
 
-    /// Adds one pixel to another.
-    fn merge(&self, pixel: &mut Self::Pixel, other: &Self::Pixel);
-
     /// The components, each times `factor`.
     fn develop(&self, pixel: &Self::Pixel, factor: f64, out: &mut [f32]);
 }
@@ -59,10 +56,6 @@ impl<const G: usize> Film<Diagonal<G>> for Bands<G> {
                 *sum += f64::from(weight * (path.0.0[g][i] * emission.0[g][i]));
             }
         }
-    }
-
-    fn merge(&self, pixel: &mut Self::Pixel, other: &Self::Pixel) {
-        pixel.as_flattened_mut().iter_mut().zip(other.as_flattened()).for_each(|(a, b)| *a += b);
     }
 
     fn develop(&self, pixel: &Self::Pixel, factor: f64, out: &mut [f32]) {
@@ -154,10 +147,6 @@ impl<const G: usize> Film<Diagonal<G>> for Tristimulus<G> {
         for (sum, row) in pixel.iter_mut().zip(&self.weights[light]) {
             *sum += f64::from(weight * row.dot(&path.0));
         }
-    }
-
-    fn merge(&self, pixel: &mut [f64; 3], other: &[f64; 3]) {
-        pixel.iter_mut().zip(other).for_each(|(a, b)| *a += b);
     }
 
     fn develop(&self, pixel: &[f64; 3], factor: f64, out: &mut [f32]) {

@@ -31,16 +31,6 @@ impl<const G: usize> Lanes<G> {
         }
     }
 
-    /// Adds k times the product of `a` and `b`.
-    #[inline(always)]
-    pub fn add_product(&mut self, k: f32, a: &Self, b: &Self) {
-        for g in 0..G {
-            for i in 0..GROUP {
-                self.0[g][i] += k * (a.0[g][i] * b.0[g][i]);
-            }
-        }
-    }
-
     /// Every lane times k.
     #[inline(always)]
     pub fn scale(&mut self, k: f32) {

@@ -9,7 +9,7 @@ use crate::render::film::{Bands, Film, Tristimulus};
 use crate::render::lanes::{Diagonal, GROUP, Lanes};
 use crate::render::path::{Tracer, running_chances};
 use crate::render::sampler::Sampler;
-use crate::scene::{Emitter, Scene};
+use crate::scene::Scene;
 use crate::spectral::{Observer, Sampling, Spectrum};
 use crate::stream::{Block, Components, Header, Picture, Resolution, Units};
 use crate::{Error, Result, invalid, parallel};
@@ -133,8 +133,9 @@ where
 /// Luminous power of each emitter; equal weights where a scene has none.
 fn power(scene: &Scene) -> Result<Vec<f64>> {
     let observer = Observer::cie1931()?;
-    let of = |e: &Emitter| observer.integrate(&scene.lights[e.light].radiance)[1] * e.area_m2();
-    let power: Vec<f64> = scene.emitters.iter().map(of).collect();
+    // Once a light: a shining mesh has as many emitters as triangles.
+    let y: Vec<f64> = scene.lights.iter().map(|l| observer.integrate(&l.radiance)[1]).collect();
+    let power: Vec<f64> = scene.emitters.iter().map(|e| y[e.light] * e.area_m2()).collect();
     Ok(if power.iter().all(|p| *p > 0.0) { power } else { vec![1.0; power.len()] })
 }
 
