@@ -11,12 +11,13 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::DeTable;
 
+use crate::codec::Reading;
 use crate::notes::Notes;
 use crate::options::{FormatOptions, OutputOptions, ReadOptions, RunOptions, quote, words};
 use crate::stream::output::Output;
 use crate::stream::writer::{self, Format};
 use crate::stream::{Block, Header, Picture, header, meaning, picture, reader};
-use crate::{Result, parallel};
+use crate::{Result, codec, parallel};
 
 /// One filter.
 pub trait Filter: Args + Serialize + DeserializeOwned + Default + Send + 'static {
@@ -32,6 +33,13 @@ pub trait Filter: Args + Serialize + DeserializeOwned + Default + Send + 'static
     const FORMATS: bool = true;
     /// Leaves its line in the picture's history.
     const SIGNS: bool = true;
+    /// Suffixes of the files it records pictures in, without a dot.
+    const SUFFIXES: &'static [&'static str] = &[];
+
+    /// The options that record a picture in a file of that suffix.
+    fn for_suffix(_suffix: &str) -> Self {
+        Self::default()
+    }
 
     /// Turns an older command line into today's, before it is parsed.
     fn rewrite(args: Vec<OsString>) -> Result<Vec<OsString>> {
@@ -193,7 +201,8 @@ impl Stage {
             Some(picture) => Some(Reheaded::passed_on(picture, &self.read)?),
             None => {
                 let input = reader::Input::open(self.read.input.as_deref())?;
-                Some(reader::open(input, &self.read.overrides(), notes)?)
+                let (overrides, limits) = (self.read.overrides(), run.options.limits());
+                Some(codec::open(input, &Reading { overrides: &overrides, limits: &limits, notes })?)
             }
         };
         let signed = |picture: Box<dyn Picture>| -> Box<dyn Picture> {
@@ -276,6 +285,10 @@ pub trait Any: Sync {
     fn name(&self) -> &'static str;
     /// Its command line.
     fn command(&self) -> Command;
+    /// Suffixes of the files it records pictures in.
+    fn suffixes(&self) -> &'static [&'static str];
+    /// The stage that records a picture under this name.
+    fn saver(&self, suffix: &str, path: PathBuf) -> Stage;
     /// From the keys of a stage's table: the long options letter for letter, `input` and `output` the positionals.
     fn stage(&self, table: Spanned<DeTable<'_>>) -> Result<Stage, toml::de::Error>;
 }
@@ -295,6 +308,14 @@ impl<F: Filter> Any for Entry<F> {
 
     fn command(&self) -> Command {
         command::<F>()
+    }
+
+    fn suffixes(&self) -> &'static [&'static str] {
+        F::SUFFIXES
+    }
+
+    fn saver(&self, suffix: &str, path: PathBuf) -> Stage {
+        Stage::new(F::for_suffix(suffix), Default::default(), Some(path), Default::default(), Default::default())
     }
 
     fn stage(&self, table: Spanned<DeTable<'_>>) -> Result<Stage, toml::de::Error> {

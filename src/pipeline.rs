@@ -270,18 +270,14 @@ fn check(steps: &[Step]) -> Result<()> {
 /// The stage that records a picture under this name, by suffix.
 fn saver(path: &Path) -> Result<Stage> {
     let suffix = path.extension().and_then(|s| s.to_str()).unwrap_or("").to_ascii_lowercase();
-    let options = match suffix.as_str() {
-        "lux" => filters::RaRgbe { reverse: true, ..Default::default() },
-        "hdr" | "pic" | "rgbe" => filters::RaRgbe::default(),
-        "xyze" => filters::RaRgbe { xyze: true, ..Default::default() },
-        _ => {
-            return invalid!(
-                "cannot save '{}': known suffixes are .hdr, .pic, .rgbe, .xyze and .lux (float stream)",
-                path.display()
-            );
+    match filters::ALL.iter().find(|f| f.suffixes().contains(&suffix.as_str())) {
+        Some(filter) => Ok(filter.saver(&suffix, path.to_path_buf())),
+        None => {
+            let known: Vec<String> =
+                filters::ALL.iter().flat_map(|f| f.suffixes()).map(|suffix| format!(".{suffix}")).collect();
+            invalid!("cannot save '{}': known suffixes are {}", path.display(), known.join(", "))
         }
-    };
-    Ok(Stage::new(options, Default::default(), Some(path.to_path_buf()), Default::default(), Default::default()))
+    }
 }
 
 /// Passes a picture on and records it on the way, on a thread of its own.

@@ -4,6 +4,7 @@ mod pcompare;
 mod pcond;
 mod pdisplay;
 mod picinfo;
+mod ra_pfm;
 mod ra_png;
 mod ra_rgbe;
 mod spec2xyz;
@@ -16,6 +17,7 @@ pub use pcompare::Pcompare;
 pub use pcond::Pcond;
 pub use pdisplay::Pdisplay;
 pub use picinfo::Picinfo;
+pub use ra_pfm::RaPfm;
 pub use ra_png::RaPng;
 pub use ra_rgbe::RaRgbe;
 pub use spec2xyz::Spec2xyz;
@@ -25,10 +27,22 @@ pub use vonkries::Vonkries;
 pub use xyz2rgb::{Intent, Xyz2rgb};
 
 use crate::filter::{Any, Entry};
+use crate::stream::{Header, Units};
+use crate::{Result, invalid};
 
 /// The filter of that name.
 pub fn named(name: &str) -> Option<&'static dyn Any> {
     ALL.iter().copied().find(|f| f.name() == name)
+}
+
+/// A master is recorded before tone mapping, so that every display stays possible [Ward 2001].
+fn check_master(header: &Header, force: bool) -> Result<()> {
+    if header.units == Units::Display && !force {
+        return invalid!(
+            "the picture is display-referred; a master is recorded before tone mapping (--force records it)"
+        );
+    }
+    Ok(())
 }
 
 /// Every filter that a pipeline can run: `luxpipe`, the man pages and the tests walk this list.
@@ -40,6 +54,7 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Xyz2rgb>::NEW,
     &Entry::<RaPng>::NEW,
     &Entry::<RaRgbe>::NEW,
+    &Entry::<RaPfm>::NEW,
     &Entry::<Picinfo>::NEW,
     &Entry::<Specmat>::NEW,
     &Entry::<Pcompare>::NEW,

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use serde::{Deserialize, Serialize};
 
+use crate::codec::{self, Reading};
 use crate::color::{Xy, pu21};
 use crate::compare::{Totals, Viewing};
 use crate::filter::{Filter, Product, Run};
@@ -70,7 +71,9 @@ impl Filter for Pcompare {
         let input = input.ok_or_else(|| Error::Usage("expected a picture".into()))?;
         let path = self.reference.as_deref().ok_or_else(|| Error::Usage("expected a REFERENCE".into()))?;
         self.check(path)?;
-        let reference = reader::open(reader::Input::open(Some(path))?, &Overrides::default(), &run.notes)?;
+        let (overrides, limits) = (Overrides::default(), run.options.limits());
+        let reading = Reading { overrides: &overrides, limits: &limits, notes: &run.notes };
+        let reference = codec::open(reader::Input::open(Some(path))?, &reading)?;
         let input = tristimulus(input).map_err(|e| e.within("INPUT"))?;
         let reference = tristimulus(reference).map_err(|e| e.within("REFERENCE"))?;
         let white = self.common_ground(input.header(), reference.header(), &run.notes)?;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::clap_defaults;
 use crate::color::Primaries;
 use crate::filter::{Filter, Product, Run};
+use crate::filters::check_master;
 use crate::stream::output::Output;
 use crate::stream::{Picture, Units, tristimulus, writer};
 use crate::{Error, Result, invalid};
@@ -49,17 +50,19 @@ impl Filter for RaRgbe {
     const EXAMPLE: &'static str =
         "spectrace scenes/cornell.toml | ra_rgbe > cornell.hdr\nra_rgbe -r < cornell.hdr | picinfo";
     const FORMATS: bool = false;
+    const SUFFIXES: &'static [&'static str] = &["hdr", "pic", "rgbe", "xyze", "lux"];
+
+    /// `.lux` is a float stream as it flows.
+    fn for_suffix(suffix: &str) -> Self {
+        RaRgbe { xyze: suffix == "xyze", reverse: suffix == "lux", ..Default::default() }
+    }
 
     fn start(self, input: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
         let input = input.ok_or_else(|| Error::Usage("expected a picture".into()))?;
         if self.reverse {
             return Ok(Product::Picture(input));
         }
-        if input.header().units == Units::Display && !self.force {
-            return invalid!(
-                "the picture is display-referred; a master is recorded before tone mapping (--force records it)"
-            );
-        }
+        check_master(input.header(), self.force)?;
         if input.header().units == Units::Relative {
             return invalid!(
                 "the picture is relative (UNITS=relative); the format holds light, say --units cd/m2 to take it so"

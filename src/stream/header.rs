@@ -11,9 +11,9 @@ use crate::stream::Resolution;
 use crate::{Error, Result, invalid};
 
 /// A line may have this many bytes.
-const LONGEST_LINE: usize = 64 << 10;
+pub(super) const LONGEST_LINE: usize = 64 << 10;
 /// A header may have this many bytes.
-const LONGEST_HEADER: usize = 1 << 20;
+pub(super) const LONGEST_HEADER: usize = 1 << 20;
 
 /// What the components of a pixel are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -232,11 +232,30 @@ impl Header {
             let _ = writeln!(text, "NCOMP={}", self.ncomp);
         }
         if float {
-            let _ = writeln!(text, "COMPONENTS={}", self.components);
-            let _ = writeln!(text, "UNITS={}", self.units);
+            self.state_meaning(text);
         } else if self.units == Units::Display {
             let _ = writeln!(text, "UNITS=display");
         }
+        self.state_sampling_and_colour(text);
+        if float {
+            let _ = writeln!(text, "BigEndian={}", u8::from(cfg!(target_endian = "big")));
+        }
+    }
+
+    /// The lines that say what the numbers mean, whatever their coding.
+    pub(super) fn variables(&self) -> String {
+        let mut text = String::new();
+        self.state_meaning(&mut text);
+        self.state_sampling_and_colour(&mut text);
+        text
+    }
+
+    fn state_meaning(&self, text: &mut String) {
+        let _ = writeln!(text, "COMPONENTS={}", self.components);
+        let _ = writeln!(text, "UNITS={}", self.units);
+    }
+
+    fn state_sampling_and_colour(&self, text: &mut String) {
         match &self.sampling {
             Some(Sampling::Bins { long_nm, short_nm, .. }) => {
                 // The two middle numbers tell Radiance where red, green and blue part; its own defaults where they lie inside.
@@ -267,9 +286,6 @@ impl Header {
             (Components::Xyz, _) => text.push_str("PRIMARIES= 1 0 0 1 0 0 .333 .333\n"),
             (_, Some(p)) => line_of_numbers(text, "PRIMARIES", &p.numbers()),
             _ => {}
-        }
-        if float {
-            let _ = writeln!(text, "BigEndian={}", u8::from(cfg!(target_endian = "big")));
         }
     }
 }

@@ -2,6 +2,7 @@
 //! (docs/stream.md). Everything a filter reads, RGBE, XYZE and hyperspectral included, becomes a [`Picture`] of floats in
 //! the units its header states.
 
+pub mod annotation;
 pub mod header;
 pub mod meaning;
 pub mod output;
@@ -9,6 +10,7 @@ pub mod picture;
 pub mod reader;
 pub mod resolution;
 pub mod rgbe;
+pub mod source;
 pub mod spool;
 pub mod tristimulus;
 pub mod upright;

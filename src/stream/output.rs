@@ -1,21 +1,23 @@
 //! Where a filter writes: standard output, or a file that appears whole or not at all.
 
 use std::fs::File;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal, Read, Seek, SeekFrom, Write};
 use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, SpooledTempFile};
 
+use crate::notes::Notes;
 use crate::stream::reader::enlarge_pipe;
+use crate::stream::spool::Limits;
 use crate::{Error, Result, usage};
 
 /// A destination for bytes. Nothing is under a file's final name until [`Output::finish`].
 pub struct Output {
     name: String,
     target: Target,
-    /// The last refusal of the system: libraries in between may lose it.
-    failure: Option<(io::ErrorKind, Option<i32>)>,
+    /// The last refusal of the system and where: libraries in between may lose it.
+    failure: Option<(String, io::ErrorKind, Option<i32>)>,
 }
 
 enum Target {
@@ -73,13 +75,119 @@ impl Output {
 
     /// What the system last refused here, if it did.
     pub fn failure(&self) -> Option<Error> {
-        let (kind, code) = self.failure?;
-        Some(self.error(code.map_or(kind.into(), io::Error::from_raw_os_error)))
+        let (name, kind, code) = self.failure.clone()?;
+        Some(Error::io(name, code.map_or(kind.into(), io::Error::from_raw_os_error)))
+    }
+
+    /// Writes by way of a library: what the system refused here, if it did, counts more than what the library makes of it.
+    pub fn attempt(&mut self, write: impl FnOnce(&mut Output) -> Result<()>) -> Result<()> {
+        write(self).map_err(|e| self.failure().unwrap_or(e))
+    }
+
+    /// Keeps the system's word; the result as it was.
+    fn noted<T>(&mut self, result: io::Result<T>, name: Option<String>) -> io::Result<T> {
+        if let Err(e) = &result {
+            self.failure = Some((name.unwrap_or_else(|| self.name.clone()), e.kind(), e.raw_os_error()));
+        }
+        result
     }
 
     /// An error of this destination.
     pub fn error(&self, e: io::Error) -> Error {
         Error::io(self.name.clone(), e)
+    }
+}
+
+/// A destination that can be written in any order. A regular file is written as it lies; what goes to a pipe is kept first, in
+/// memory up to a bound and from there in an unlinked file.
+pub struct AnyOrder<'a> {
+    out: &'a mut Output,
+    /// For what cannot seek.
+    kept: Option<(Box<SpooledTempFile>, PathBuf)>,
+    /// Where the output stood.
+    base: u64,
+}
+
+impl Output {
+    /// This destination, to be written in any order from where it stands.
+    pub fn in_any_order(&mut self, limits: &Limits) -> Result<AnyOrder<'_>> {
+        let base = match &mut self.target {
+            Target::File(..) => Some(0),
+            Target::Stream(file) if may_seek(file) => file.stream_position().ok(),
+            Target::Stream(_) => None,
+        };
+        let memory = usize::try_from(limits.memory).unwrap_or(usize::MAX);
+        let keep = || (Box::new(tempfile::spooled_tempfile_in(memory, &limits.folder)), limits.folder.clone());
+        let kept = base.is_none().then(keep);
+        Ok(AnyOrder { out: self, kept, base: base.unwrap_or(0) })
+    }
+}
+
+/// A regular file that is not written at its end only.
+fn may_seek(file: &File) -> bool {
+    let regular = file.metadata().is_ok_and(|m| m.is_file());
+    #[cfg(target_os = "linux")]
+    {
+        regular && rustix::fs::fcntl_getfl(file).is_ok_and(|f| !f.contains(rustix::fs::OFlags::APPEND))
+    }
+    #[cfg(not(target_os = "linux"))]
+    {
+        let _ = regular;
+        false
+    }
+}
+
+impl AnyOrder<'_> {
+    /// The last act: what was kept goes out.
+    pub fn finish(self, notes: &Notes) -> Result<()> {
+        let Some((mut kept, folder)) = self.kept else { return Ok(()) };
+        let failed = |e| Error::io(folder.display().to_string(), e);
+        let bytes = kept.seek(SeekFrom::End(0)).map_err(failed)?;
+        if kept.is_rolled() {
+            notes.add(format!("spooled {} MB in {}", bytes >> 20, folder.display()));
+        }
+        kept.rewind().map_err(failed)?;
+        let mut buffer = vec![0; 256 << 10];
+        loop {
+            let n = kept.read(&mut buffer).map_err(failed)?;
+            if n == 0 {
+                return Ok(());
+            }
+            self.out.write_all(&buffer[..n]).map_err(|e| self.out.error(e))?;
+        }
+    }
+}
+
+impl Write for AnyOrder<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.kept {
+            Some((kept, folder)) => {
+                let written = kept.write(bytes);
+                self.out.noted(written, Some(folder.display().to_string()))
+            }
+            None => self.out.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+impl Seek for AnyOrder<'_> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let Some((kept, _)) = &mut self.kept else {
+            let to = match to {
+                SeekFrom::Start(n) => SeekFrom::Start(self.base.saturating_add(n)),
+                relative => relative,
+            };
+            let at = match &mut self.out.target {
+                Target::Stream(file) => file.seek(to),
+                Target::File(file, _) => file.as_file_mut().seek(to),
+            }?;
+            return Ok(at.saturating_sub(self.base));
+        };
+        kept.seek(to)
     }
 }
 
@@ -95,10 +203,7 @@ impl Write for Output {
             Target::Stream(file) => file.write(bytes),
             Target::File(file, _) => file.as_file_mut().write(bytes),
         };
-        if let Err(e) = &written {
-            self.failure = Some((e.kind(), e.raw_os_error()));
-        }
-        written
+        self.noted(written, None)
     }
 
     fn flush(&mut self) -> io::Result<()> {

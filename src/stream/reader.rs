@@ -24,7 +24,7 @@ pub struct Input {
     /// The bytes.
     pub bytes: Bytes,
     /// A regular file: can be read again from `start`.
-    seekable: bool,
+    pub(super) seekable: bool,
 }
 
 /// Buffered bytes, some of which may have been read and given back.
@@ -39,8 +39,20 @@ impl Bytes {
         self.given_back.len() - self.at
     }
 
-    fn position(&mut self) -> std::io::Result<u64> {
+    /// Puts bytes that were read in front of what is left.
+    fn give_back(&mut self, mut bytes: Vec<u8>) {
+        bytes.extend_from_slice(&self.given_back[self.at..]);
+        self.given_back = bytes;
+        self.at = 0;
+    }
+
+    pub(super) fn position(&mut self) -> std::io::Result<u64> {
         Ok(self.inner.stream_position()? - self.left() as u64)
+    }
+
+    /// The file beneath, wherever it stands.
+    pub(super) fn into_file(self) -> File {
+        self.inner.into_inner()
     }
 
     fn seek_to(&mut self, position: u64) -> std::io::Result<()> {
@@ -89,6 +101,14 @@ impl Input {
         let bytes = Bytes { given_back: Vec::new(), at: 0, inner: BufReader::with_capacity(BUFFER, file) };
         Ok(Input { name, bytes, seekable: kind.is_file() })
     }
+
+    /// Up to `count` bytes that come next; they stay to be read.
+    pub fn peek(&mut self, count: usize) -> Result<Vec<u8>> {
+        let mut first = Vec::new();
+        (&mut self.bytes).take(count as u64).read_to_end(&mut first).map_err(|e| Error::io(self.name.clone(), e))?;
+        self.bytes.give_back(first.clone());
+        Ok(first)
+    }
 }
 
 /// A pipe of 64 KiB makes its two ends take turns; 1 MiB lets them run side by side. Refused quietly on other files.
@@ -116,7 +136,7 @@ pub struct Reader {
 pub fn open(mut input: Input, overrides: &Overrides, notes: &Notes) -> Result<Box<dyn Picture>> {
     let name = input.name.clone();
     let settled = header::read_raw(&mut input.bytes).and_then(|mut raw| {
-        input.bytes.given_back = std::mem::take(&mut raw.ahead);
+        input.bytes.give_back(std::mem::take(&mut raw.ahead));
         meaning::settle(raw, overrides)
     });
     let Meaning { header, coding, factors, notes: assumed } = settled.map_err(|e| e.within(&name))?;
