@@ -90,8 +90,9 @@ pub fn for_planes(triples: &mut [f32], f: impl Fn(&mut [[f32; LANES]; 3])) {
     )
 }
 
+/// Pixel-interleaved triples as planes.
 #[inline(always)]
-fn split(group: &[f32; 3 * LANES]) -> [[f32; LANES]; 3] {
+pub fn split(group: &[f32; 3 * LANES]) -> [[f32; LANES]; 3] {
     let mut planes = [[0f32; LANES]; 3];
     for i in 0..LANES {
         planes[0][i] = group[3 * i];
@@ -101,8 +102,9 @@ fn split(group: &[f32; 3 * LANES]) -> [[f32; LANES]; 3] {
     planes
 }
 
+/// Planes as pixel-interleaved triples.
 #[inline(always)]
-fn join(planes: &[[f32; LANES]; 3]) -> [f32; 3 * LANES] {
+pub fn join(planes: &[[f32; LANES]; 3]) -> [f32; 3 * LANES] {
     let mut group = [0f32; 3 * LANES];
     for i in 0..LANES {
         group[3 * i] = planes[0][i];

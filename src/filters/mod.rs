@@ -4,7 +4,9 @@ mod pcompare;
 mod pcond;
 mod pdisplay;
 mod picinfo;
+mod ra_loglv;
 mod ra_pfm;
+mod ra_pixlog;
 mod ra_png;
 mod ra_rgbe;
 mod spec2xyz;
@@ -17,7 +19,9 @@ pub use pcompare::Pcompare;
 pub use pcond::Pcond;
 pub use pdisplay::Pdisplay;
 pub use picinfo::Picinfo;
+pub use ra_loglv::RaLoglv;
 pub use ra_pfm::RaPfm;
+pub use ra_pixlog::RaPixlog;
 pub use ra_png::RaPng;
 pub use ra_rgbe::RaRgbe;
 pub use spec2xyz::Spec2xyz;
@@ -26,9 +30,10 @@ pub use spectrace::Spectrace;
 pub use vonkries::Vonkries;
 pub use xyz2rgb::{Intent, Xyz2rgb};
 
+use crate::color::Primaries;
 use crate::filter::{Any, Entry};
-use crate::stream::{Header, Units};
-use crate::{Result, invalid};
+use crate::stream::{Components, Header, Picture, Units, tristimulus, writer};
+use crate::{Result, invalid, usage};
 
 /// The filter of that name.
 pub fn named(name: &str) -> Option<&'static dyn Any> {
@@ -45,6 +50,23 @@ fn check_master(header: &Header, force: bool) -> Result<()> {
     Ok(())
 }
 
+/// An option that must be above 0 and finite where it is given.
+fn positive(option: &str, value: Option<f64>) -> Result<()> {
+    match value {
+        Some(x) if !(x > 0.0 && x.is_finite()) => usage!("{option} {x} must be above 0"),
+        _ => Ok(()),
+    }
+}
+
+/// The picture as RGB of these primaries; without them RGB stays what it is, and all else becomes BT.709.
+fn in_primaries(input: Box<dyn Picture>, to: Option<Primaries>) -> Result<Box<dyn Picture>> {
+    match (input.header().components, to) {
+        (Components::Rgb, None) => Ok(input),
+        (Components::Rgb, to) if input.header().primaries == to => Ok(input),
+        (_, to) => writer::to_rgb(tristimulus(input)?, to.unwrap_or(Primaries::BT709)),
+    }
+}
+
 /// Every filter that a pipeline can run: `luxpipe`, the man pages and the tests walk this list.
 pub static ALL: &[&dyn Any] = &[
     &Entry::<Spectrace>::NEW,
@@ -54,6 +76,8 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Xyz2rgb>::NEW,
     &Entry::<RaPng>::NEW,
     &Entry::<RaRgbe>::NEW,
+    &Entry::<RaLoglv>::NEW,
+    &Entry::<RaPixlog>::NEW,
     &Entry::<RaPfm>::NEW,
     &Entry::<Picinfo>::NEW,
     &Entry::<Specmat>::NEW,

@@ -7,9 +7,10 @@ use crate::clap_defaults;
 use crate::codec::pfm;
 use crate::color::Primaries;
 use crate::filter::{Filter, Product, Run};
+use crate::filters::in_primaries;
 use crate::stream::output::Output;
 use crate::stream::upright::upright;
-use crate::stream::{Components, Picture, tristimulus, writer};
+use crate::stream::{Components, Picture, tristimulus};
 use crate::{Error, Result};
 
 /// Options of `ra_pfm`.
@@ -44,8 +45,7 @@ impl Filter for RaPfm {
         let picture = match input.header().components {
             Components::Y => input,
             _ if self.to.is_xyz() => tristimulus(input)?,
-            Components::Rgb if input.header().primaries == Some(self.to) => input,
-            _ => writer::to_rgb(tristimulus(input)?, self.to)?,
+            _ => in_primaries(input, Some(self.to))?,
         };
         let limits = run.options.limits();
         let picture = upright(picture, &limits)?;

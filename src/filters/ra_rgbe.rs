@@ -8,7 +8,7 @@ use crate::color::Primaries;
 use crate::filter::{Filter, Product, Run};
 use crate::filters::check_master;
 use crate::stream::output::Output;
-use crate::stream::{Picture, Units, tristimulus, writer};
+use crate::stream::{Components, Picture, Units, tristimulus, writer};
 use crate::{Error, Result, invalid};
 
 /// What becomes of negative components.
@@ -29,8 +29,11 @@ pub struct RaRgbe {
     /// Write XYZE, which holds every visible colour
     #[arg(long)]
     pub xyze: bool,
+    /// Write Radiance's hyperspectral pixels, from a spectrum of equal bins
+    #[arg(long, conflicts_with = "xyze")]
+    pub spectra: bool,
     /// Primaries for XYZ and spectra that become RGBE
-    #[arg(long, value_name = "PRIMARIES", default_value = "Radiance", conflicts_with = "xyze")]
+    #[arg(long, value_name = "PRIMARIES", default_value = "Radiance", conflicts_with_all = ["xyze", "spectra"])]
     pub to: Primaries,
     /// Colours with negative components
     #[arg(long, value_enum, value_name = "HOW", default_value = "clip")]
@@ -46,15 +49,16 @@ clap_defaults!(RaRgbe);
 
 impl Filter for RaRgbe {
     const NAME: &'static str = "ra_rgbe";
-    const ABOUT: &'static str = "Record a picture as Radiance RGBE or XYZE; -r decodes to a float stream";
+    const ABOUT: &'static str =
+        "Record a picture as Radiance RGBE, XYZE or hyperspectral pixels; -r decodes to a float stream";
     const EXAMPLE: &'static str =
         "spectrace scenes/cornell.toml | ra_rgbe > cornell.hdr\nra_rgbe -r < cornell.hdr | picinfo";
     const FORMATS: bool = false;
-    const SUFFIXES: &'static [&'static str] = &["hdr", "pic", "rgbe", "xyze", "lux"];
+    const SUFFIXES: &'static [&'static str] = &["hdr", "pic", "rgbe", "xyze", "hsr", "lux"];
 
     /// `.lux` is a float stream as it flows.
     fn for_suffix(suffix: &str) -> Self {
-        RaRgbe { xyze: suffix == "xyze", reverse: suffix == "lux", ..Default::default() }
+        RaRgbe { xyze: suffix == "xyze", spectra: suffix == "hsr", reverse: suffix == "lux", ..Default::default() }
     }
 
     fn start(self, input: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
@@ -69,6 +73,14 @@ impl Filter for RaRgbe {
             );
         }
         let (input, replaced) = writer::bounded(input);
+        if self.spectra {
+            if input.header().components != Components::Spectrum {
+                return invalid!("--spectra records a spectrum, and the picture is {}", input.header().components);
+            }
+            let notes = run.notes.clone();
+            let write = Box::new(move |out: &mut Output| writer::write_spectra(input, replaced, out, &notes));
+            return Ok(Product::Bytes { binary: true, write });
+        }
         let (picture, format) = if self.xyze {
             (tristimulus(input)?, "32-bit_rle_xyze")
         } else {

@@ -228,7 +228,7 @@ impl Header {
     /// Every variable that is set, a line each. Writing to a string cannot fail.
     fn restate(&self, text: &mut String, format: &str) {
         let float = format == "float";
-        if float || self.ncomp != 3 {
+        if float || format == "Radiance_spectra" || self.ncomp != 3 {
             let _ = writeln!(text, "NCOMP={}", self.ncomp);
         }
         if float {

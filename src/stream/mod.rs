@@ -10,6 +10,7 @@ pub mod picture;
 pub mod reader;
 pub mod resolution;
 pub mod rgbe;
+pub mod rle;
 pub mod source;
 pub mod spool;
 pub mod tristimulus;

@@ -162,7 +162,16 @@ impl Reader {
                     data.iter_mut().for_each(|x| *x = f32::from_bits(x.to_bits().swap_bytes()));
                 }
             }
-            Coding::Double(_) | Coding::Rgbe | Coding::Xyze | Coding::Spectra => {
+            Coding::Rgbe | Coding::Xyze => {
+                let width = self.header.resolution.scanline_len();
+                let factors = self.factors.as_ref().map_or([1.0; 3], |f| [f[0], f[1], f[2]]);
+                for row in 0..rows {
+                    let scanline = self.decoder.scanline(&mut self.input.bytes, width, factors, data, row * per_row);
+                    scanline.map_err(|e| (row, e))?;
+                }
+                data.truncate(rows * per_row);
+            }
+            Coding::Double(_) | Coding::Spectra => {
                 data.clear();
                 for row in 0..rows {
                     self.read_coded_row(data).map_err(|e| (row, e))?;
@@ -180,19 +189,18 @@ impl Reader {
     /// Appends one scanline.
     fn read_coded_row(&mut self, data: &mut Vec<f32>) -> Result<()> {
         let width = self.header.resolution.scanline_len();
-        let f = |i: usize| self.factors.as_ref().map_or(1.0, |f| f[i]);
+        let factor = self.factors.as_ref().map_or(1.0, |f| f[0]);
         let input = &mut self.input.bytes;
         match self.coding {
-            Coding::Rgbe | Coding::Xyze => self.decoder.scanline(input, width, [f(0), f(1), f(2)], data),
-            Coding::Spectra => rgbe::spectral_scanline(input, width, self.header.ncomp, f(0), data),
+            Coding::Spectra => rgbe::spectral_scanline(input, width, self.header.ncomp, factor, data),
             Coding::Double(swap) => read_doubles(input, width * self.header.ncomp, swap, data),
-            Coding::Float(_) => Ok(()), // read in blocks
+            Coding::Float(_) | Coding::Rgbe | Coding::Xyze => Ok(()), // read in blocks
         }
     }
 
     /// After the last row: anything left is worth a word.
     fn check_end(&mut self) {
-        if self.input.bytes.fill_buf().is_ok_and(|rest| !rest.is_empty()) {
+        if self.decoder.has_rest() || self.input.bytes.fill_buf().is_ok_and(|rest| !rest.is_empty()) {
             self.notes.add(format!("{}: bytes after the last row are ignored", self.input.name));
         }
     }
@@ -229,6 +237,7 @@ impl Picture for Reader {
         }
         let name = &self.input.name;
         self.input.bytes.seek_to(self.start).map_err(|e| Error::io(name.clone(), e))?;
+        self.decoder.clear();
         self.row = 0;
         Ok(true)
     }

@@ -1,137 +1,96 @@
 //! Radiance's shared-exponent pixels: three (or N) mantissa bytes and one exponent [Ward 1991; Radiance `color.c`].
 //!
 //! Encoding truncates and decoding adds half a step, as Radiance does: the mean is unbiased and decode, encode, decode
-//! changes nothing. Scanlines come flat, in the old run-length code (pixel 1 1 1 n repeats the last pixel) or the new one
-//! (2 2 hi lo, then four byte planes, each in runs).
+//! changes nothing. How the bytes of a scanline lie is [`crate::stream::rle`]'s.
 
-use std::io::BufRead;
+use std::io::{BufRead, Read};
 
-use crate::simd::bound;
-use crate::{Error, Result, invalid};
+use crate::color::matrix::{LANES, join, split};
+use crate::simd::{self, bound};
+use crate::stream::rle::{self, Planes};
+use crate::{Error, Result};
 
-/// Widths that the new run-length code is written for.
-const NEW_RLE: std::ops::RangeInclusive<usize> = 17..=32767;
-/// Shortest run worth writing.
-const SHORTEST_RUN: usize = 4;
+/// 2^(e - 128) for an exponent byte; 0 for the byte 0, which means black. 2^-127 is a subnormal, still exact.
+#[inline(always)]
+fn scale(e: u8) -> f32 {
+    let normal = u32::from(e.saturating_sub(1)) << 23;
+    f32::from_bits(if e == 1 { 1 << 22 } else { normal })
+}
 
-/// 2^(e - 136) for each exponent byte; 0 for the byte 0, which means black. 2^(1 - 136) is a subnormal, still exact.
-fn exponents() -> [f32; 256] {
-    std::array::from_fn(|e| if e == 0 { 0.0 } else { 2f64.powi(e as i32 - 136) as f32 })
+/// The number that a mantissa byte stands for, in units of [`scale`].
+#[inline(always)]
+fn mantissa(byte: u8) -> f32 {
+    (f32::from(byte) + 0.5) * (1.0 / 256.0)
 }
 
 /// Decodes scanlines of RGBE or XYZE.
+#[derive(Default)]
 pub struct Decoder {
-    /// Value of the last mantissa bit, by exponent byte.
-    step: [f32; 256],
-    /// A scanline as four planes: mantissas and exponents.
-    planes: [Vec<u8>; 4],
-}
-
-impl Default for Decoder {
-    fn default() -> Self {
-        Decoder { step: exponents(), planes: Default::default() }
-    }
+    runs: rle::Decoder,
+    planes: Planes,
 }
 
 impl Decoder {
-    /// Decodes one scanline of `width` pixels, times `factors`, and appends three floats a pixel to `out`.
+    /// Decodes one scanline of `width` pixels, times `factors`, to three floats a pixel from `out[at]` on. `out` grows only
+    /// for what has arrived.
     pub fn scanline(
         &mut self,
-        input: &mut dyn BufRead,
+        input: &mut dyn Read,
         width: usize,
         factors: [f32; 3],
         out: &mut Vec<f32>,
+        at: usize,
     ) -> Result<()> {
-        self.read_planes(input, width)?;
-        let start = out.len();
-        out.resize(start + 3 * width, 0.0);
-        let [r, g, b, e] = &self.planes;
-        for (i, pixel) in out[start..].chunks_exact_mut(3).enumerate() {
-            let step = self.step[usize::from(e[i])];
-            pixel[0] = (f32::from(r[i]) + 0.5) * step * factors[0];
-            pixel[1] = (f32::from(g[i]) + 0.5) * step * factors[1];
-            pixel[2] = (f32::from(b[i]) + 0.5) * step * factors[2];
+        self.runs.scanline(input, width, &mut self.planes)?;
+        let end = at + 3 * width;
+        if out.len() < end {
+            out.resize(end, 0.0);
         }
+        decode_pixels(&self.planes, factors, &mut out[at..end]);
         Ok(())
     }
 
-    fn read_planes(&mut self, input: &mut dyn BufRead, width: usize) -> Result<()> {
-        for plane in &mut self.planes {
-            plane.clear();
-        }
-        let first = four(input)?;
-        if first[0] == 2 && first[1] == 2 && first[2] < 128 {
-            let stated = usize::from(first[2]) << 8 | usize::from(first[3]);
-            if stated != width {
-                return invalid!("a run-length coded scanline says it is {stated} pixels wide, the picture is {width}");
-            }
-            for plane in &mut self.planes {
-                read_plane(input, width, plane)?;
-            }
-            return Ok(());
-        }
-        self.read_old(input, width, first)
+    /// Forgets what was read ahead.
+    pub fn clear(&mut self) {
+        self.runs.clear();
     }
 
-    /// Flat pixels with old-style repeats.
-    fn read_old(&mut self, input: &mut dyn BufRead, width: usize, mut pixel: [u8; 4]) -> Result<()> {
-        let mut shift = 0;
-        loop {
-            if pixel[..3] == [1, 1, 1] {
-                let count = usize::from(pixel[3]) << shift;
-                let done = self.planes[0].len();
-                let Some(last) = done.checked_sub(1) else { return invalid!("a scanline begins with a repeat count") };
-                if count > width - done {
-                    return invalid!("a repeat of {count} pixels runs past the end of the scanline");
-                }
-                for plane in &mut self.planes {
-                    plane.resize(done + count, plane[last]);
-                }
-                shift = (shift + 8).min(24);
-            } else {
-                for (plane, byte) in self.planes.iter_mut().zip(pixel) {
-                    plane.push(byte);
-                }
-                shift = 0;
-            }
-            if self.planes[0].len() == width {
-                return Ok(());
-            }
-            pixel = four(input)?;
-        }
+    /// True while bytes that were read ahead are left.
+    pub fn has_rest(&self) -> bool {
+        self.runs.has_rest()
     }
 }
 
-fn four(input: &mut dyn BufRead) -> Result<[u8; 4]> {
-    let mut pixel = [0; 4];
-    input.read_exact(&mut pixel).map_err(|e| Error::io("", e))?;
-    Ok(pixel)
-}
-
-/// One byte plane: a code over 128 is a run of code - 128 copies of the next byte, 1 to 128 that many literal bytes.
-fn read_plane(input: &mut dyn BufRead, width: usize, plane: &mut Vec<u8>) -> Result<()> {
-    while plane.len() < width {
-        let mut code = [0; 1];
-        input.read_exact(&mut code).map_err(|e| Error::io("", e))?;
-        let code = usize::from(code[0]);
-        let (count, run) = if code > 128 { (code - 128, true) } else { (code, false) };
-        if count == 0 || count > width - plane.len() {
-            return invalid!(
-                "run-length code {code} does not fit the {} pixels left of the scanline",
-                width - plane.len()
-            );
-        }
-        let start = plane.len();
-        if run {
-            let mut value = [0; 1];
-            input.read_exact(&mut value).map_err(|e| Error::io("", e))?;
-            plane.resize(start + count, value[0]);
-        } else {
-            plane.resize(start + count, 0);
-            input.read_exact(&mut plane[start..]).map_err(|e| Error::io("", e))?;
-        }
-    }
-    Ok(())
+/// Planes to pixel-interleaved triples.
+fn decode_pixels(planes: &Planes, factors: [f32; 3], out: &mut [f32]) {
+    simd::wide(
+        #[inline(always)]
+        || {
+            let [r, g, b, e] = planes;
+            let lanes = |plane: &[u8], at: usize| plane[at..].first_chunk::<LANES>().copied();
+            let mut at = 0;
+            // Plain loops over arrays: closures are not always inlined, and then not vectorised.
+            while let (Some(target), Some(r), Some(g), Some(b), Some(e)) =
+                (out[3 * at..].first_chunk_mut(), lanes(r, at), lanes(g, at), lanes(b, at), lanes(e, at))
+            {
+                let mut values = [[0f32; LANES]; 3];
+                for i in 0..LANES {
+                    let scale = scale(e[i]);
+                    values[0][i] = mantissa(r[i]) * scale * factors[0];
+                    values[1][i] = mantissa(g[i]) * scale * factors[1];
+                    values[2][i] = mantissa(b[i]) * scale * factors[2];
+                }
+                *target = join(&values);
+                at += LANES;
+            }
+            for (i, pixel) in out[3 * at..].chunks_exact_mut(3).enumerate() {
+                let scale = scale(e[at + i]);
+                for ((value, plane), factor) in pixel.iter_mut().zip([r, g, b]).zip(factors) {
+                    *value = mantissa(plane[at + i]) * scale * factor;
+                }
+            }
+        },
+    )
 }
 
 /// Appends a flat scanline of hyperspectral pixels, `ncomp` mantissas and an exponent each, times `factor`.
@@ -142,12 +101,11 @@ pub fn spectral_scanline(
     factor: f32,
     out: &mut Vec<f32>,
 ) -> Result<()> {
-    let step = exponents();
     let mut pixel = vec![0u8; ncomp + 1];
     for _ in 0..width {
         input.read_exact(&mut pixel).map_err(|e| Error::io("", e))?;
-        let step = step[usize::from(pixel[ncomp])];
-        out.extend(pixel[..ncomp].iter().map(|byte| (f32::from(*byte) + 0.5) * step * factor));
+        let scale = scale(pixel[ncomp]);
+        out.extend(pixel[..ncomp].iter().map(|byte| mantissa(*byte) * scale * factor));
     }
     Ok(())
 }
@@ -170,81 +128,124 @@ impl Losses {
         self.nan += other.nan;
         self.overflow += other.overflow;
     }
+
+    /// Counts what is wrong with a pixel, and brings it into range.
+    fn mend(&mut self, c: &mut [f32]) {
+        self.nan += u64::from(c.iter().any(|x| x.is_nan()));
+        self.negative += u64::from(c.iter().any(|x| *x < 0.0));
+        self.overflow += u64::from(c.iter().any(|x| *x > LARGEST));
+        c.iter_mut().for_each(|x| *x = bound(*x, 0.0, LARGEST)); // NaN becomes 0
+    }
 }
 
 /// The largest component that an exponent byte of 255 holds.
 const LARGEST: f32 = 255.0 / 256.0 * 1.701_411_8e38;
+/// Radiance writes black for colours up to this.
+const BLACK: f32 = 1e-32;
 
-/// Encodes one pixel by truncation: the largest component c gets the exponent of frexp(c).
+/// The exponent byte for the largest component c, that of frexp(c), and the factor that turns components into mantissas.
+#[inline(always)]
+fn exponent(largest: f32) -> (u8, f32) {
+    let exponent = (largest.to_bits() >> 23) as i32 - 126; // frexp: largest = m 2^exponent, 0.5 <= m < 1
+    let scale = f32::from_bits(((127 + 8 - exponent) as u32) << 23);
+    if largest > BLACK { ((exponent + 128) as u8, scale) } else { (0, 0.0) }
+}
+
+/// Encodes one pixel by truncation.
 ///
 /// ```
 /// use luxpipe::stream::rgbe::{encode_pixel, Losses};
 /// assert_eq!(encode_pixel([1.0, 0.5, 0.25], &mut Losses::default()), [128, 64, 32, 129]);
 /// ```
 pub fn encode_pixel(mut c: [f32; 3], losses: &mut Losses) -> [u8; 4] {
-    let largest = c[0].max(c[1]).max(c[2]);
-    // NaN fails every comparison, so one test finds all that needs care.
-    let plain = c[0] >= 0.0 && c[1] >= 0.0 && c[2] >= 0.0 && largest <= LARGEST;
-    if !plain {
-        losses.nan += u64::from(c.iter().any(|x| x.is_nan()));
-        losses.negative += u64::from(c.iter().any(|x| *x < 0.0));
-        losses.overflow += u64::from(c.iter().any(|x| *x > LARGEST));
-        c = c.map(|x| bound(x, 0.0, LARGEST)); // NaN becomes 0
+    if !c.iter().all(|x| (0.0..=LARGEST).contains(x)) {
+        losses.mend(&mut c);
     }
-    let largest = c[0].max(c[1]).max(c[2]);
-    if largest <= 1e-32 {
-        return [0; 4];
-    }
-    let exponent = (largest.to_bits() >> 23) as i32 - 126; // frexp: largest = m 2^exponent, 0.5 <= m < 1
-    let scale = f32::from_bits(((127 + 8 - exponent) as u32) << 23);
-    [(c[0] * scale) as u8, (c[1] * scale) as u8, (c[2] * scale) as u8, (exponent + 128) as u8]
+    let (e, scale) = exponent(c[0].max(c[1]).max(c[2]));
+    [(c[0] * scale) as u8, (c[1] * scale) as u8, (c[2] * scale) as u8, e]
 }
 
-/// Appends one scanline: new run-length code for widths 17 to 32767, flat otherwise, as Radiance writes them.
-pub fn encode_scanline(pixels: &[[u8; 4]], out: &mut Vec<u8>) {
-    if !NEW_RLE.contains(&pixels.len()) {
-        out.extend(pixels.iter().flatten());
-        return;
-    }
-    out.extend([2, 2, (pixels.len() >> 8) as u8, pixels.len() as u8]);
-    let mut plane = vec![0; pixels.len()];
-    for channel in 0..4 {
-        for (byte, pixel) in plane.iter_mut().zip(pixels) {
-            *byte = pixel[channel];
-        }
-        encode_plane(&plane, out);
-    }
-}
-
-/// Radiance's own choice of runs (`fwritecolrs`), so that equal pixels give equal bytes: runs of at least four; two or
-/// three equal bytes before such a run go out as a short run when they are all that precedes it.
-fn encode_plane(plane: &[u8], out: &mut Vec<u8>) {
-    let mut at = 0;
-    while at < plane.len() {
-        // The next long run begins at `begin`.
-        let (mut begin, mut run) = (at, 0);
-        while begin < plane.len() {
-            run = plane[begin..].iter().take(127).take_while(|b| **b == plane[begin]).count();
-            if run >= SHORTEST_RUN {
-                break;
+/// Encodes a scanline of triples, each times `factor`.
+pub fn encode_pixels(triples: &[f32], factor: f32, planes: &mut Planes, losses: &mut Losses) {
+    planes.iter_mut().for_each(|plane| plane.resize(triples.len() / 3, 0));
+    simd::wide(
+        #[inline(always)]
+        || {
+            let mut at = 0;
+            while let Some(group) = triples[3 * at..].first_chunk::<{ 3 * LANES }>() {
+                if !encode_group(split(group), factor, planes, at) {
+                    encode_some(group, factor, planes, at, losses);
+                }
+                at += LANES;
             }
-            begin += run;
+            encode_some(&triples[3 * at..], factor, planes, at, losses);
+        },
+    );
+}
+
+/// Encodes pixels side by side, in whole numbers: positive floats compare as their bits do. False where one needs care: it has
+/// a sign, is too large or is not a number, all of which have larger bits than any that fits.
+#[inline(always)]
+fn encode_group(values: [[f32; LANES]; 3], factor: f32, planes: &mut Planes, at: usize) -> bool {
+    let mut bits = [[0u32; LANES]; 3];
+    for (bits, values) in bits.iter_mut().zip(&values) {
+        for i in 0..LANES {
+            bits[i] = (values[i] * factor).to_bits();
         }
-        let before = begin - at;
-        if before > 1 && before < SHORTEST_RUN && plane[at..begin].iter().all(|b| *b == plane[at]) {
-            out.extend([128 + before as u8, plane[at]]);
-            at = begin;
+    }
+    let mut largest = [0u32; LANES];
+    for i in 0..LANES {
+        largest[i] = bits[0][i].max(bits[1][i]).max(bits[2][i]);
+    }
+    if largest.iter().fold(0, |m: u32, x| m.max(*x)) > LARGEST.to_bits() {
+        return false;
+    }
+    let mut codes = [[0u8; LANES]; 4];
+    for i in 0..LANES {
+        codes[3][i] = if largest[i] > BLACK.to_bits() { ((largest[i] >> 23) + 2) as u8 } else { 0 };
+    }
+    for (code, bits) in codes.iter_mut().zip(&bits) {
+        for i in 0..LANES {
+            // The significand's leading eight bits, less by as many as the component's exponent is under the largest one's.
+            let shift = 16 + (largest[i] >> 23) - (bits[i] >> 23);
+            let significand = (bits[i] & 0x007f_ffff) | 0x0080_0000;
+            let byte = (significand >> shift.min(31)) as u8;
+            code[i] = if largest[i] > BLACK.to_bits() { byte } else { 0 };
         }
-        while at < begin {
-            let count = (begin - at).min(128);
-            out.push(count as u8);
-            out.extend(&plane[at..at + count]);
-            at += count;
+    }
+    for (plane, code) in planes.iter_mut().zip(&codes) {
+        plane[at..at + LANES].copy_from_slice(code);
+    }
+    true
+}
+
+/// Pixel by pixel.
+#[inline(never)]
+fn encode_some(triples: &[f32], factor: f32, planes: &mut Planes, at: usize, losses: &mut Losses) {
+    for (i, c) in triples.chunks_exact(3).enumerate() {
+        let pixel = encode_pixel([c[0] * factor, c[1] * factor, c[2] * factor], losses);
+        planes.iter_mut().zip(pixel).for_each(|(plane, byte)| plane[at + i] = byte);
+    }
+}
+
+/// Appends hyperspectral pixels of `ncomp` components, each times `factor`: mantissas and an exponent, flat.
+///
+/// ```
+/// use luxpipe::stream::rgbe::{encode_spectra, Losses};
+/// let mut out = Vec::new();
+/// encode_spectra(&[1.0, 0.5, 0.25, 0.0], 4, 1.0, &mut out, &mut Losses::default());
+/// assert_eq!(out, [128, 64, 32, 0, 129]);
+/// ```
+pub fn encode_spectra(values: &[f32], ncomp: usize, factor: f32, out: &mut Vec<u8>, losses: &mut Losses) {
+    let mut scaled = vec![0f32; ncomp];
+    for pixel in values.chunks_exact(ncomp) {
+        scaled.iter_mut().zip(pixel).for_each(|(s, x)| *s = x * factor);
+        if !scaled.iter().all(|x| (0.0..=LARGEST).contains(x)) {
+            losses.mend(&mut scaled);
         }
-        if run >= SHORTEST_RUN {
-            out.extend([128 + run as u8, plane[begin]]);
-            at += run;
-        }
+        let (e, scale) = exponent(scaled.iter().fold(0.0, |m, x| m.max(*x)));
+        out.extend(scaled.iter().map(|x| (x * scale) as u8));
+        out.push(e);
     }
 }
 
@@ -253,30 +254,24 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn decode(bytes: &[u8], width: usize) -> Result<Vec<f32>> {
-        let mut out = Vec::new();
-        Decoder::default().scanline(&mut &*bytes, width, [1.0; 3], &mut out)?;
-        Ok(out)
-    }
-
-    #[test]
-    fn the_measured_bytes_of_a_20_pixel_row() {
-        // Radiance 6.0 wrote `02 02 00 14 | 94 80 | 94 40 | 94 20 | 94 81` for twenty pixels (128, 64, 32, 129).
-        let mut out = Vec::new();
-        encode_scanline(&[[128, 64, 32, 129]; 20], &mut out);
-        assert_eq!(out, [2, 2, 0, 20, 0x94, 0x80, 0x94, 0x40, 0x94, 0x20, 0x94, 0x81]);
+    fn decode(pixels: &[[u8; 4]]) -> Vec<f32> {
+        let planes: Planes = std::array::from_fn(|c| pixels.iter().map(|p| p[c]).collect());
+        let mut out = vec![0.0; 3 * pixels.len()];
+        decode_pixels(&planes, [1.0; 3], &mut out);
+        out
     }
 
     #[test]
     fn one_decodes_to_half_a_step_more() {
-        assert_eq!(decode(&[128, 128, 128, 129], 1).unwrap(), [1.0 + 1.0 / 256.0; 3]);
+        assert_eq!(decode(&[[128, 128, 128, 129]]), [1.0 + 1.0 / 256.0; 3]);
     }
 
     #[test]
-    fn old_runs_of_two_markers() {
-        // A pixel, then 43 + 1 x 256 repeats of it: 300 pixels.
-        let out = decode(&[128, 64, 32, 129, 1, 1, 1, 43, 1, 1, 1, 1], 300).unwrap();
-        assert!(out.chunks(3).all(|p| p == &out[..3]));
+    fn every_exponent_has_its_power_of_two() {
+        for e in 1..=255u8 {
+            assert_eq!(f64::from(scale(e)), 2f64.powi(i32::from(e) - 128), "{e}");
+        }
+        assert_eq!(scale(0), 0.0);
     }
 
     #[test]
@@ -288,21 +283,38 @@ mod tests {
         assert_eq!(losses, Losses { negative: 1, nan: 1, overflow: 1 });
     }
 
+    fn component() -> impl Strategy<Value = f32> {
+        let special = prop::sample::select(vec![0.0, -0.0, -1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e-33]);
+        prop_oneof![20 => (-30f32..38.0).prop_map(|x| 10f32.powf(x)), 1 => special]
+    }
+
     proptest! {
         #[test]
         fn coding_is_idempotent(pixels in prop::collection::vec(prop::array::uniform3(-30f32..38.0), 1..40)) {
             let colors: Vec<[f32; 3]> = pixels.iter().map(|p| p.map(|x| 10f32.powf(x))).collect();
             let mut losses = Losses::default();
             let once: Vec<[u8; 4]> = colors.iter().map(|c| encode_pixel(*c, &mut losses)).collect();
-            let mut bytes = Vec::new();
-            encode_scanline(&once, &mut bytes);
-            let back = decode(&bytes, once.len()).unwrap();
+            let back = decode(&once);
             for (c, d) in colors.iter().flatten().zip(&back) {
                 let top = back.iter().fold(0f32, |m, x| m.max(*x));
                 prop_assert!((c - d).abs() <= top / 128.0);
             }
             let twice: Vec<[u8; 4]> = back.chunks(3).map(|c| encode_pixel([c[0], c[1], c[2]], &mut losses)).collect();
             prop_assert_eq!(once, twice);
+        }
+
+        /// Whole scanlines are coded as single pixels are, and losses counted alike.
+        #[test]
+        fn groups_agree_with_pixels(values in prop::collection::vec(component(), 1..200)) {
+            let triples = &values[..values.len() / 3 * 3];
+            let (mut planes, mut all) = (Planes::default(), Losses::default());
+            encode_pixels(triples, 1.0, &mut planes, &mut all);
+            let mut each = Losses::default();
+            for (i, c) in triples.chunks(3).enumerate() {
+                let want = encode_pixel([c[0], c[1], c[2]], &mut each);
+                prop_assert_eq!(planes.each_ref().map(|p| p[i]), want);
+            }
+            prop_assert_eq!(all, each);
         }
     }
 }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::ValueEnum;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::color::Primaries;
@@ -14,11 +13,13 @@ use crate::color::matrix;
 use crate::notes::Notes;
 use crate::parallel;
 use crate::simd;
+use crate::spectral::Sampling;
 use crate::stream::output::Output;
 use crate::stream::picture;
 use crate::stream::rgbe::{self, Losses};
+use crate::stream::rle::{self, Planes};
 use crate::stream::{Block, Components, Header, Picture, Units};
-use crate::units::RADIANCE_EFFICACY;
+use crate::units::{RADIANCE_BAND, RADIANCE_EFFICACY};
 use crate::{Error, Result, invalid};
 
 /// How a picture filter writes its result.
@@ -86,6 +87,29 @@ pub fn bounded(picture: Box<dyn Picture>) -> (Box<dyn Picture>, Replaced) {
     (picture::map(picture, header, bound), replaced)
 }
 
+/// Begins the counts anew: for pictures that are read twice.
+pub fn forget(replaced: &Replaced) {
+    replaced.iter().for_each(|n| n.store(0, Ordering::Relaxed));
+}
+
+/// The counts: NaN, infinite.
+pub fn counts(replaced: &Replaced) -> [u64; 2] {
+    replaced.each_ref().map(|n| n.load(Ordering::Relaxed))
+}
+
+/// Number of pixels.
+pub fn pixels(header: &Header) -> u64 {
+    header.resolution.width as u64 * header.resolution.height as u64
+}
+
+/// One line for all that an encoding could not hold: how many pixels, and what became of them; `hint` names one that could.
+pub fn note_losses(parts: &[(u64, String)], total: u64, hint: &str, notes: &Notes) {
+    let parts: Vec<String> = parts.iter().filter(|p| p.0 > 0).map(|(n, what)| format!("{n} {what}")).collect();
+    if !parts.is_empty() {
+        notes.add(format!("of {total} pixels {}; {hint}", parts.join(", ")));
+    }
+}
+
 /// The picture as RGB: untouched if it is that, by the matrix of `primaries` from XYZ.
 pub fn to_rgb(picture: Box<dyn Picture>, primaries: Primaries) -> Result<Box<dyn Picture>> {
     match picture.header().components {
@@ -121,7 +145,7 @@ pub fn to_xyz(picture: Box<dyn Picture>) -> Result<Box<dyn Picture>> {
 ///
 /// RGBE holds W/sr/m2, so cd/m2 are divided by 179; XYZE holds cd/m2 / 179 and says so with `EXPOSURE=5.5866e-03`.
 pub fn write_shared_exponent(
-    mut picture: Box<dyn Picture>,
+    picture: Box<dyn Picture>,
     replaced: Replaced,
     format: &str,
     desaturate: bool,
@@ -134,40 +158,75 @@ pub fn write_shared_exponent(
     let exposure = (format.ends_with("xyze") && !display).then(|| "EXPOSURE=5.5866e-03".to_string());
     let y_row = luminance_row(&header);
     let width = header.resolution.scanline_len();
-    let encode = |line: &mut [f32]| {
+    let encode = |coded: &mut Coded| {
         if desaturate {
             matrix::for_planes(
-                line,
+                &mut coded.block.data,
                 #[inline(always)]
                 |p| gamut::desaturate(p, &y_row, Limit::Positive),
             );
         }
-        let mut losses = Losses::default();
-        let pixels: Vec<[u8; 4]> = line
-            .chunks_exact(3)
-            .map(|c| rgbe::encode_pixel([c[0] * factor, c[1] * factor, c[2] * factor], &mut losses))
-            .collect();
-        let mut bytes = Vec::with_capacity(4 * width);
-        rgbe::encode_scanline(&pixels, &mut bytes);
-        (bytes, losses)
-    };
-    let mut block = Block::default();
-    let mut more = picture.next(&mut block)?;
-    out.write_all(&header.to_bytes(format, exposure.as_slice())).map_err(|e| out.error(e))?;
-    let mut losses = Losses::default();
-    while more {
-        let lines: Vec<(Vec<u8>, Losses)> = if parallel::threads() > 1 {
-            block.data.par_chunks_mut(3 * width).map(encode).collect()
-        } else {
-            block.data.chunks_mut(3 * width).map(encode).collect()
-        };
-        for (bytes, lost) in lines {
-            out.write_all(&bytes).map_err(|e| out.error(e))?;
-            losses.add(lost);
+        for line in coded.block.data.chunks_exact(3 * width) {
+            rgbe::encode_pixels(line, factor, &mut coded.planes, &mut coded.losses);
+            rle::encode(&coded.planes, &mut coded.bytes);
         }
-        more = picture.next(&mut block)?;
+    };
+    write_coded(picture, &header.to_bytes(format, exposure.as_slice()), encode, replaced, out, notes)
+}
+
+/// Writes a spectrum of equal bins as `Radiance_spectra`: Radiance's band values, NCOMP mantissas and one exponent a pixel,
+/// flat.
+pub fn write_spectra(picture: Box<dyn Picture>, replaced: Replaced, out: &mut Output, notes: &Notes) -> Result<()> {
+    let header = picture.header().clone();
+    let ncomp = header.ncomp;
+    match &header.sampling {
+        Some(Sampling::Bins { .. }) => {}
+        _ => return invalid!("hyperspectral Radiance holds spectra of equal bins, and this picture's are none"),
     }
-    let [nan, overflow] = replaced.each_ref().map(|n| n.load(Ordering::Relaxed));
+    let factor = (1.0 / RADIANCE_BAND) as f32;
+    let encode = |coded: &mut Coded| {
+        rgbe::encode_spectra(&coded.block.data, ncomp, factor, &mut coded.bytes, &mut coded.losses);
+    };
+    write_coded(picture, &header.to_bytes("Radiance_spectra", &[]), encode, replaced, out, notes)
+}
+
+/// A block on its way to bytes.
+#[derive(Default)]
+struct Coded {
+    block: Block,
+    planes: Planes,
+    bytes: Vec<u8>,
+    losses: Losses,
+}
+
+/// Writes a header and, block by block, what `encode` makes of the picture; says what was lost.
+fn write_coded(
+    mut picture: Box<dyn Picture>,
+    head: &[u8],
+    encode: impl Fn(&mut Coded) + Sync,
+    replaced: Replaced,
+    out: &mut Output,
+    notes: &Notes,
+) -> Result<()> {
+    let header = picture.header().clone();
+    let mut head = Some(head);
+    let mut losses = Losses::default();
+    parallel::in_order(
+        |coded: &mut Coded| picture.next(&mut coded.block),
+        |coded| {
+            coded.bytes.clear();
+            coded.losses = Losses::default();
+            encode(coded);
+            Ok(())
+        },
+        |coded| {
+            // Rows first: a stream whose first row is damaged leaves nothing behind.
+            out.write_all(head.take().unwrap_or_default()).map_err(|e| out.error(e))?;
+            losses.add(coded.losses);
+            out.write_all(&coded.bytes).map_err(|e| out.error(e))
+        },
+    )?;
+    let [nan, overflow] = counts(&replaced);
     losses.add(Losses { negative: 0, nan, overflow });
     report(losses, &header, notes);
     Ok(())
@@ -184,22 +243,14 @@ fn luminance_row(header: &Header) -> [f32; 3] {
 /// One line for all that the encoding could not hold.
 fn report(losses: Losses, header: &Header, notes: &Notes) {
     let Losses { negative, nan, overflow } = losses;
-    let mut parts = Vec::new();
-    if negative > 0 {
-        parts.push(format!("{negative} had a negative component set to 0"));
-    }
-    if nan > 0 {
-        parts.push(format!("{nan} had NaN set to 0"));
-    }
-    if overflow > 0 {
-        parts.push(format!("{overflow} had a component infinite or over 1e37 set to that"));
-    }
-    if !parts.is_empty() {
-        let total = header.resolution.width as u64 * header.resolution.height as u64;
-        let hint = match header.components {
-            Components::Rgb if negative > 0 => "; XYZE would hold every visible colour, a float stream all numbers",
-            _ => "; a float stream holds all numbers",
-        };
-        notes.add(format!("of {total} pixels {}{hint}", parts.join(", ")));
-    }
+    let parts = [
+        (negative, "had a negative component set to 0".to_string()),
+        (nan, "had NaN set to 0".into()),
+        (overflow, "had a component infinite or over 1e37 set to that".into()),
+    ];
+    let hint = match header.components {
+        Components::Rgb if negative > 0 => "XYZE would hold every visible colour, a float stream all numbers",
+        _ => "a float stream holds all numbers",
+    };
+    note_losses(&parts, pixels(header), hint, notes);
 }

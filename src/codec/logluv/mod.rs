@@ -1,0 +1,462 @@
+//! LogLuv: log luminance and CIE 1976 u'v', the paper's encoding for absolute pictures [Larson 1998; libtiff `tif_luv.c`].
+//!
+//! | coding | word | luminance | chromaticity |
+//! |---|---|---|---|
+//! | 32 bit | sign, 15, 8, 8 | 2^((Le + 1/2)/256 - 64): 5.4e-20 to 1.8e19, steps of 0.27 % | u' and v' in steps of 1/410 |
+//! | 24 bit | 10, 14 | 2^((Le + 1/2)/64 - 12): 2.4e-4 to 15.9, steps of 1.1 % | 16289 squares of 0.0035 in u'v' |
+//! | LogL, 16 bit | sign, 15 | as 32 bit, negative too | none |
+//!
+//! Stored luminance times StoNits is cd/m2. The words are libtiff's for every finite colour, as its default is for 32 bit and
+//! without its dither for 24 bit: quantised downward, read back from the middle of the step.
+//!
+//! Losses, all counted: luminance under the range is black, over it the largest; of what is negative 32 and 24 bit read back
+//! black; a chromaticity outside the square 0..0.624 (32 bit) or the visible colours (24 bit) moves to their edge, at the same
+//! luminance. NaN is black. Memory: a block of rows.
+
+pub mod cells;
+pub mod strips;
+
+use std::f64::consts::LN_2;
+
+use crate::simd;
+use crate::stream::rle::Planes;
+use cells::Cells;
+
+/// What the words hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coding {
+    /// 32-bit colour.
+    Log32,
+    /// 24-bit colour.
+    Log24,
+    /// 16-bit luminance.
+    LogL16,
+}
+
+/// Codes per unit of u' and v' in 32-bit words.
+const UV_SCALE: f64 = 410.0;
+/// u' and v' of equal-energy white, to the digits of libtiff.
+const NEUTRAL: (f64, f64) = (0.210_526_316, 0.473_684_211);
+/// From here on a luminance is the largest 32-bit one.
+const TOP_32: f64 = 1.837_197_6e19;
+/// Up to here a luminance is black in 32 bit.
+const BLACK_32: f64 = 5.413_676_9e-20;
+/// The same for 24 bit.
+const TOP_24: f64 = 15.742;
+/// The same for 24 bit.
+const BLACK_24: f64 = 0.000_242_83;
+
+/// What the encoding could not hold, in pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Losses {
+    /// Luminance over the range, or infinite.
+    pub over: u64,
+    /// Luminance above 0 and under the range.
+    pub under: u64,
+    /// Negative luminance that reads back as black.
+    pub negative: u64,
+    /// Chromaticity outside.
+    pub chroma: u64,
+}
+
+impl Losses {
+    /// Adds another count.
+    pub fn add(&mut self, other: Losses) {
+        self.over += other.over;
+        self.under += other.under;
+        self.negative += other.negative;
+        self.chroma += other.chroma;
+    }
+}
+
+/// Added to luminance and chromaticity codes before they are cut: 0 without dither.
+pub type Dither = [f64; 3];
+
+/// A logarithm to the base of 2 as libtiff takes it.
+fn log2(y: f64) -> f64 {
+    (1.0 / LN_2) * y.ln()
+}
+
+/// 16 bits of luminance, the sign first.
+///
+/// ```
+/// use luxpipe::codec::logluv::{Losses, luminance_16};
+/// assert_eq!(luminance_16(1.0, 0.0, &mut Losses::default()), 0x4000);
+/// ```
+pub fn luminance_16(y: f32, dither: f64, losses: &mut Losses) -> u16 {
+    let (size, sign) = (f64::from(y.abs()), if y < 0.0 { 0x8000 } else { 0 });
+    if size >= TOP_32 {
+        losses.over += 1;
+        0x7fff | sign
+    } else {
+        // Just above the end a code is cut to 0, which is black too, as NaN is.
+        let code = if size > BLACK_32 { (256.0 * (log2(size) + 64.0) + dither) as u16 } else { 0 };
+        losses.under += u64::from(code == 0 && size > 0.0);
+        if code == 0 { 0 } else { code.min(0x7fff) | sign }
+    }
+}
+
+/// u' and v', or `None` where there is no colour.
+fn chromaticity([x, y, z]: [f32; 3]) -> Option<(f64, f64)> {
+    let [x, y, z] = [x, y, z].map(f64::from);
+    let sum = x + 15.0 * y + 3.0 * z;
+    (sum > 0.0).then(|| (4.0 * x / sum, 9.0 * y / sum))
+}
+
+/// The 32-bit word of a colour.
+///
+/// ```
+/// use luxpipe::codec::logluv::{Losses, word_32};
+/// assert_eq!(word_32([0.95042845, 1.0, 1.0889004], [0.0; 3], &mut Losses::default()), 0x400051c0);
+/// ```
+pub fn word_32(xyz: [f32; 3], dither: Dither, losses: &mut Losses) -> u32 {
+    let xyz = mended(xyz);
+    let luminance = luminance_16(xyz[1], dither[0], losses);
+    losses.negative += u64::from(luminance & 0x8000 != 0);
+    let chroma = if luminance == 0 { None } else { chromaticity(xyz) };
+    losses.chroma += u64::from(luminance != 0 && chroma.is_none());
+    let (u, v) = chroma.unwrap_or(NEUTRAL);
+    let mut code = |x: f64, dither: f64| {
+        let x = UV_SCALE * x;
+        losses.chroma += u64::from(chroma.is_some() && !(0.0..256.0).contains(&x));
+        (if x <= 0.0 { 0.0 } else { x + dither }) as u8 // 255 and above is 255
+    };
+    let (u, v) = (code(u, dither[1]), code(v, dither[2]));
+    u32::from(luminance) << 16 | u32::from(u) << 8 | u32::from(v)
+}
+
+/// The 24-bit word of a colour.
+///
+/// ```
+/// use luxpipe::codec::logluv::{Losses, cells::Cells, word_24};
+/// let word = word_24([0.95042845, 1.0, 1.0889004], [0.0; 3], &Cells::get(), &mut Losses::default());
+/// assert_eq!(word >> 14, 64 * 12);
+/// ```
+pub fn word_24(xyz: [f32; 3], dither: Dither, cells: &Cells, losses: &mut Losses) -> u32 {
+    let xyz = mended(xyz);
+    let y = f64::from(xyz[1]);
+    let luminance = if y >= TOP_24 {
+        losses.over += 1;
+        0x3ff
+    } else {
+        let code = if y > BLACK_24 { (64.0 * (log2(y) + 12.0) + dither[0]) as u32 } else { 0 };
+        losses.under += u64::from(code == 0 && y > 0.0);
+        losses.negative += u64::from(y < 0.0);
+        code.min(0x3ff)
+    };
+    let chroma = if luminance == 0 { None } else { chromaticity(xyz) };
+    losses.chroma += u64::from(luminance != 0 && chroma.is_none());
+    let (u, v) = chroma.unwrap_or(NEUTRAL);
+    let (code, inside) = cells.code(u, v, [dither[1], dither[2]]);
+    losses.chroma += u64::from(!inside);
+    luminance << 14 | code
+}
+
+/// NaN as black, infinities as the largest floats: no word depends on how a processor casts them.
+fn mended(xyz: [f32; 3]) -> [f32; 3] {
+    if xyz.iter().any(|x| x.is_nan()) { [0.0; 3] } else { xyz.map(|x| x.clamp(f32::MIN, f32::MAX)) }
+}
+
+/// Luminance of a 16-bit code.
+pub fn luminance_of(code: u16) -> f32 {
+    let size = match code & 0x7fff {
+        0 => return 0.0,
+        code => ((f64::from(code) + 0.5) / 256.0 - 64.0).exp2() as f32,
+    };
+    if code & 0x8000 == 0 { size } else { -size }
+}
+
+/// X/Y and Z/Y of u' and v'.
+#[inline(always)]
+fn over_y(u: f64, v: f64) -> (f64, f64) {
+    let inverse = 1.0 / (4.0 * v);
+    (9.0 * u * inverse, (12.0 - 3.0 * u - 20.0 * v) * inverse)
+}
+
+/// Pixels handled together.
+const LANES: usize = 8;
+/// Closer to a whole number than this, a code is found one by one: the logarithm of many is good to 1e-8.
+const NEAR: f64 = 1e-6;
+/// A float this large has no fraction: adding it rounds.
+const ROUND: f64 = 6_755_399_441_055_744.0;
+
+/// log2 Y, u' and v' of pixels side by side.
+struct Front {
+    log2_y: [f64; LANES],
+    u: [f64; LANES],
+    v: [f64; LANES],
+}
+
+/// `xyz` must be finite, `y` above 0.
+#[inline(always)]
+fn front(x: &[f32; LANES], y: &[f32; LANES], z: &[f32; LANES]) -> Front {
+    let mut f = Front { log2_y: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES] };
+    for i in 0..LANES {
+        let (x, y, z) = (f64::from(x[i]), f64::from(y[i]), f64::from(z[i]));
+        let sum = x + 15.0 * y + 3.0 * z;
+        f.u[i] = 4.0 * x / sum;
+        f.v[i] = 9.0 * y / sum;
+    }
+    for i in 0..LANES {
+        // y = 2^e m, m from sqrt(1/2) to sqrt(2); log2 m = 2 / ln 2 atanh((m - 1) / (m + 1)).
+        let bits = y[i].to_bits();
+        let upper = (bits & 0x007f_ffff) > 0x0035_04f3;
+        let m = f32::from_bits((bits & 0x007f_ffff) | if upper { 0x3f00_0000 } else { 0x3f80_0000 });
+        let e = (bits >> 23) as i32 - 127 + i32::from(upper);
+        let m = f64::from(m);
+        let t = (m - 1.0) / (m + 1.0);
+        let t2 = t * t;
+        let series = 1.0 + t2 * (1.0 / 3.0 + t2 * (0.2 + t2 * (1.0 / 7.0 + t2 * (1.0 / 9.0 + t2 * (1.0 / 11.0)))));
+        f.log2_y[i] = f64::from(e) + (2.0 / LN_2) * t * series;
+    }
+    f
+}
+
+/// The whole parts of positive numbers, and how close the closest comes to a whole number.
+#[inline(always)]
+fn whole(x: &[f64; LANES]) -> ([u32; LANES], f64) {
+    let (mut parts, mut closest) = ([0; LANES], 1f64);
+    for i in 0..LANES {
+        parts[i] = (x[i] - 0.5 + ROUND).to_bits() as u32;
+    }
+    for x in x {
+        closest = closest.min((x - ((x + ROUND) - ROUND)).abs());
+    }
+    (parts, closest)
+}
+
+/// Encodes triples, each times `factor`, to the four byte planes of 32-bit words.
+pub fn encode_32(triples: &[f32], factor: f32, planes: &mut Planes, losses: &mut Losses) {
+    planes.iter_mut().for_each(|plane| plane.resize(triples.len() / 3, 0));
+    simd::wide(
+        #[inline(always)]
+        || {
+            let mut at = 0;
+            while let Some(group) = triples[3 * at..].first_chunk::<{ 3 * LANES }>() {
+                let done = group_32(group, factor);
+                if let Some(codes) = &done {
+                    planes.iter_mut().zip(codes).for_each(|(plane, code)| plane[at..at + LANES].copy_from_slice(code));
+                } else {
+                    some_32(group, factor, planes, at, losses);
+                }
+                at += LANES;
+            }
+            some_32(&triples[3 * at..], factor, planes, at, losses);
+        },
+    );
+}
+
+/// Pixel by pixel.
+#[inline(never)]
+fn some_32(triples: &[f32], factor: f32, planes: &mut Planes, at: usize, losses: &mut Losses) {
+    for (i, c) in triples.chunks_exact(3).enumerate() {
+        let word = word_32([c[0] * factor, c[1] * factor, c[2] * factor], [0.0; 3], losses);
+        planes.iter_mut().zip(word.to_be_bytes()).for_each(|(plane, byte)| plane[at + i] = byte);
+    }
+}
+
+/// The planes of a group; `None` where a pixel must be looked at by itself: negative, too bright, too dark to be black by
+/// itself, outside the square of chromaticities, or at the edge of a code.
+#[inline(always)]
+fn group_32(group: &[f32; 3 * LANES], factor: f32) -> Option<[[u8; LANES]; 4]> {
+    let (mut xyz, black) = plain(group, factor, BLACK_32 as f32, TOP_32 as f32)?;
+    neutralise(&mut xyz, &black);
+    let f = front(&xyz[0], &xyz[1], &xyz[2]);
+    let (mut l, mut u, mut v) = ([0f64; LANES], [0f64; LANES], [0f64; LANES]);
+    for i in 0..LANES {
+        l[i] = 256.0 * (f.log2_y[i] + 64.0);
+        u[i] = UV_SCALE * f.u[i];
+        v[i] = UV_SCALE * f.v[i];
+    }
+    let ((le, a), (ue, b), (ve, c)) = (whole(&l), whole(&u), whole(&v));
+    if a.min(b).min(c) < NEAR || !within(&l, 1.0, 32768.0) || !within(&u, 0.0, 256.0) || !within(&v, 0.0, 256.0) {
+        return None;
+    }
+    let mut planes = [[0u8; LANES]; 4];
+    for i in 0..LANES {
+        let le = if black[i] { 0 } else { le[i] };
+        planes[0][i] = (le >> 8) as u8;
+        planes[1][i] = le as u8;
+        planes[2][i] = ue[i] as u8;
+        planes[3][i] = ve[i] as u8;
+    }
+    Some(planes)
+}
+
+/// All from `start` to under `end`.
+#[inline(always)]
+fn within(x: &[f64; LANES], start: f64, end: f64) -> bool {
+    let low = x.iter().fold(f64::INFINITY, |m, x| m.min(*x));
+    let high = x.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x));
+    low >= start && high < end
+}
+
+/// Planes of XYZ times `factor`, and which of them are exactly black; `None` unless every other Y lies above `black` and
+/// under `top` and all is finite.
+#[inline(always)]
+#[allow(clippy::type_complexity)]
+fn plain(group: &[f32; 3 * LANES], factor: f32, black: f32, top: f32) -> Option<([[f32; LANES]; 3], [bool; LANES])> {
+    let mut xyz = [[0f32; LANES]; 3];
+    for i in 0..LANES {
+        for c in 0..3 {
+            xyz[c][i] = group[3 * i + c] * factor;
+        }
+    }
+    // Positive floats compare as their bits do, and infinities, NaN and what has a sign have larger bits.
+    let (mut most, mut dark) = (0, [false; LANES]);
+    let mut least = u32::MAX;
+    for i in 0..LANES {
+        let bits = xyz[1][i].to_bits();
+        most = bits.max(most);
+        dark[i] = bits == 0;
+        least = least.min(bits.wrapping_sub(1)); // 0 wraps to the largest
+    }
+    let mut widest = 0;
+    for i in 0..LANES {
+        widest = widest.max(xyz[0][i].to_bits() & 0x7fff_ffff).max(xyz[2][i].to_bits() & 0x7fff_ffff);
+    }
+    let fits = most < top.to_bits() && least >= black.to_bits() && widest < f32::INFINITY.to_bits();
+    fits.then_some((xyz, dark))
+}
+
+/// Gives black pixels the neutral chromaticity.
+#[inline(always)]
+fn neutralise(xyz: &mut [[f32; LANES]; 3], black: &[bool; LANES]) {
+    for plane in xyz {
+        for i in 0..LANES {
+            plane[i] = if black[i] { 1.0 } else { plane[i] };
+        }
+    }
+}
+
+/// Encodes triples, each times `factor`, to 24-bit words, appended with the most significant byte first.
+pub fn encode_24(triples: &[f32], factor: f32, cells: &Cells, out: &mut Vec<u8>, losses: &mut Losses) {
+    simd::wide(
+        #[inline(always)]
+        || {
+            let mut groups = triples.chunks_exact(3 * LANES);
+            for group in groups.by_ref() {
+                let words = group.first_chunk().and_then(|group| group_24(group, factor, cells));
+                match words {
+                    Some(words) => words.iter().for_each(|w| out.extend_from_slice(&w.to_be_bytes()[1..])),
+                    None => some_24(group, factor, cells, out, losses),
+                }
+            }
+            some_24(groups.remainder(), factor, cells, out, losses);
+        },
+    );
+}
+
+#[inline(never)]
+fn some_24(triples: &[f32], factor: f32, cells: &Cells, out: &mut Vec<u8>, losses: &mut Losses) {
+    for c in triples.chunks_exact(3) {
+        let word = word_24([c[0] * factor, c[1] * factor, c[2] * factor], [0.0; 3], cells, losses);
+        out.extend_from_slice(&word.to_be_bytes()[1..]);
+    }
+}
+
+/// The words of a group; `None` where a pixel must be looked at by itself.
+#[inline(always)]
+fn group_24(group: &[f32; 3 * LANES], factor: f32, cells: &Cells) -> Option<[u32; LANES]> {
+    let (mut xyz, black) = plain(group, factor, BLACK_24 as f32, TOP_24 as f32)?;
+    neutralise(&mut xyz, &black);
+    let f = front(&xyz[0], &xyz[1], &xyz[2]);
+    let mut l = [0f64; LANES];
+    for i in 0..LANES {
+        l[i] = 64.0 * (f.log2_y[i] + 12.0);
+    }
+    let (le, closest) = whole(&l);
+    if closest < NEAR || !within(&l, 1.0, 1024.0) || !within(&f.v, 0.0, 1.0) {
+        return None;
+    }
+    let mut words = [0u32; LANES];
+    for i in 0..LANES {
+        let code = if black[i] { cells.neutral() } else { cells.inside(f.u[i], f.v[i])? };
+        words[i] = if black[i] { 0 } else { le[i] } << 14 | code;
+    }
+    Some(words)
+}
+
+/// Tables for decoding.
+pub struct Decoder {
+    /// 2^((k + 1/2) / 256)
+    mantissas: [f32; 256],
+    /// X/Y and Z/Y of each 14-bit chromaticity.
+    cells: Vec<(f32, f32)>,
+    /// Luminance of each 10-bit code.
+    luminances: Vec<f32>,
+}
+
+impl Decoder {
+    /// For words of that kind.
+    pub fn new(coding: Coding) -> Decoder {
+        let mantissa = |k: usize| ((k as f64 + 0.5) / 256.0).exp2() as f32;
+        let luminance = |code: u32| if code == 0 { 0.0 } else { ((f64::from(code) + 0.5) / 64.0 - 12.0).exp2() as f32 };
+        let colour = |code: u32| {
+            let (u, v) = Cells::get().centre(code).unwrap_or(NEUTRAL);
+            let (x, z) = over_y(u, v);
+            (x as f32, z as f32)
+        };
+        let small = coding == Coding::Log24;
+        Decoder {
+            mantissas: std::array::from_fn(mantissa),
+            cells: if small { (0..1 << 14).map(colour).collect() } else { Vec::new() },
+            luminances: if small { (0..1 << 10).map(luminance).collect() } else { Vec::new() },
+        }
+    }
+
+    /// The colour of a 24-bit word.
+    #[inline(always)]
+    pub fn colour_24(&self, word: u32) -> [f32; 3] {
+        let y = self.luminances[(word >> 14 & 0x3ff) as usize];
+        let (x, z) = self.cells[(word & 0x3fff) as usize];
+        [x * y, y, z * y]
+    }
+
+    /// Planes of 32-bit words to triples, each times `factor`; what has a sign is black.
+    pub fn decode_32(&self, planes: &Planes, factor: f32, out: &mut [f32]) {
+        simd::wide(
+            #[inline(always)]
+            || {
+                let lanes = |plane: &[u8], at: usize| plane[at..].first_chunk::<LANES>().copied();
+                let [a, b, c, d] = planes;
+                let mut at = 0;
+                while let (Some(out), Some(a), Some(b), Some(c), Some(d)) =
+                    (out[3 * at..].first_chunk_mut(), lanes(a, at), lanes(b, at), lanes(c, at), lanes(d, at))
+                {
+                    self.group(&[a, b, c, d], factor, out);
+                    at += LANES;
+                }
+                let left = a.len() - at;
+                if left > 0 {
+                    let mut last = [[0u8; LANES]; 4];
+                    last.iter_mut().zip(planes).for_each(|(l, plane)| l[..left].copy_from_slice(&plane[at..]));
+                    let mut colours = [0f32; 3 * LANES];
+                    self.group(&last, factor, &mut colours);
+                    out[3 * at..].copy_from_slice(&colours[..3 * left]);
+                }
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn group(&self, [high, low, u, v]: &[[u8; LANES]; 4], factor: f32, out: &mut [f32; 3 * LANES]) {
+        let (mut y, mut xz) = ([0f32; LANES], [[0f64; LANES]; 2]);
+        for i in 0..LANES {
+            y[i] = self.mantissas[usize::from(low[i])];
+        }
+        for i in 0..LANES {
+            let power = f32::from_bits((u32::from(high[i] & 0x7f) + 63) << 23);
+            let visible = high[i] < 0x80 && (high[i] | low[i]) != 0;
+            y[i] = if visible { y[i] * power * factor } else { 0.0 };
+            let u = (f64::from(u[i]) + 0.5) * (1.0 / UV_SCALE);
+            let v = (f64::from(v[i]) + 0.5) * (1.0 / UV_SCALE);
+            (xz[0][i], xz[1][i]) = over_y(u, v);
+        }
+        for i in 0..LANES {
+            out[3 * i] = (xz[0][i] * f64::from(y[i])) as f32;
+            out[3 * i + 1] = y[i];
+            out[3 * i + 2] = (xz[1][i] * f64::from(y[i])) as f32;
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! The scale at which an encoding of limited range holds most of a picture.
+
+/// How many values lie in each quarter of an octave.
+pub struct Octaves {
+    counts: Vec<u64>,
+    largest: f32,
+}
+
+/// A float's bits without the lowest: the quarter of an octave it lies in.
+const SHIFT: u32 = 21;
+
+impl Default for Octaves {
+    fn default() -> Self {
+        Octaves { counts: vec![0; 0x7f80_0000 >> SHIFT], largest: 0.0 }
+    }
+}
+
+impl Octaves {
+    /// Counts a value; only what is above 0 and finite needs a place.
+    #[inline]
+    pub fn add(&mut self, value: f32) {
+        if value > 0.0 && value.is_finite() {
+            self.counts[(value.to_bits() >> SHIFT) as usize] += 1;
+            self.largest = self.largest.max(value);
+        }
+    }
+
+    /// The largest value counted, 0 if there is none.
+    pub fn largest(&self) -> f32 {
+        self.largest
+    }
+
+    /// A power of two s at which values v are stored as v / s, from `bottom` to `top`: at most one in a thousand lies above,
+    /// since a viewer misses lost highlights more than lost shadows; as many as that allows lie above the bottom. Where all
+    /// fit at several, the middle one; 1 where there is no value.
+    ///
+    /// ```
+    /// let mut octaves = luxpipe::codec::scale::Octaves::default();
+    /// [100.0, 1600.0].map(|y| octaves.add(y));
+    /// assert_eq!(octaves.best(0.01, 16.0), 1024.0); // 128, 256 and so on to 8192 would hold them too
+    /// ```
+    pub fn best(&self, bottom: f64, top: f64) -> f64 {
+        let edge = |i: usize| f64::from(f32::from_bits((i as u32) << SHIFT));
+        let filled = || self.counts.iter().enumerate().filter(|(_, n)| **n > 0);
+        let total: u64 = self.counts.iter().sum();
+        let over = |s: f64| -> u64 {
+            filled().filter(|(i, _)| edge(i + 1).min(f64::from(self.largest)) > top * s).map(|(_, n)| n).sum()
+        };
+        let mut scales = (-126..=127).map(|k| 2f64.powi(k)).skip_while(|s| over(*s) > total / 1000);
+        let (Some(first), Some((lowest, _))) = (scales.next(), filled().next()) else { return 1.0 };
+        let all = std::iter::once(first).chain(scales);
+        let fitting: Vec<f64> = all.filter(|s| over(*s) == 0 && edge(lowest) >= bottom * s).collect();
+        fitting.get(fitting.len() / 2).copied().unwrap_or(first)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn highlights_come_first_and_a_few_do_not_count() {
+        let mut octaves = Octaves::default();
+        (0..9000).for_each(|_| octaves.add(1e-4));
+        (0..2000).for_each(|_| octaves.add(100.0));
+        assert_eq!(octaves.best(0.001, 16.0), 8.0);
+        (0..5).for_each(|_| octaves.add(1.6e9));
+        assert_eq!(octaves.best(0.001, 16.0), 8.0);
+        assert_eq!(Octaves::default().best(0.001, 16.0), 1.0);
+    }
+}

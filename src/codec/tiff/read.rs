@@ -1,0 +1,248 @@
+//! Rows out of TIFF's strips and tiles.
+
+use rayon::prelude::*;
+
+use super::directory::{Directory, tag};
+use crate::codec::Reading;
+use crate::color::{Primaries, Xy};
+use crate::parallel;
+use crate::stream::annotation::Annotation;
+use crate::stream::picture::block_rows;
+use crate::stream::source::Source;
+use crate::stream::{Block, Header, Picture};
+use crate::{Error, Result, invalid};
+
+/// How the pixels of a strip or tile are coded.
+pub trait Coder: Send + Sync {
+    /// Begins a strip or tile of `width` pixels a row; `bytes` is all there is of it.
+    fn begin(&self, bytes: Vec<u8>, width: usize) -> Box<dyn Rows>;
+
+    /// Fewest bytes that can hold so many pixels: less is damage, found before anything is allocated.
+    fn fewest_bytes(&self, width: usize, rows: usize) -> u64;
+}
+
+/// A strip or tile being decoded from its top.
+pub trait Rows: Send {
+    /// Decodes one row into `out`; an error where the bytes end early or make no sense.
+    fn row(&mut self, out: &mut [f32]) -> Result<()>;
+}
+
+/// Where strips or tiles lie.
+struct Chunks {
+    offsets: Vec<u64>,
+    counts: Vec<u64>,
+    /// Of a chunk.
+    width: usize,
+    /// Of a chunk.
+    height: usize,
+    /// Chunks side by side.
+    across: usize,
+}
+
+impl Chunks {
+    fn find(directory: &Directory, source: &mut Source, width: usize, height: usize) -> Result<Chunks> {
+        let tiled = directory.number(tag::TILE_WIDTH).is_some();
+        let (offsets, counts, chunk_width, chunk_height) = if tiled {
+            let w = directory.size(tag::TILE_WIDTH, "tile width")?;
+            let h = directory.size(tag::TILE_HEIGHT, "tile height")?;
+            (tag::TILE_OFFSETS, tag::TILE_BYTE_COUNTS, w, h)
+        } else {
+            let rows = directory.number(tag::ROWS_PER_STRIP).unwrap_or(u64::MAX).min(height as u64);
+            if rows == 0 {
+                return invalid!("TIFF with 0 rows a strip");
+            }
+            (tag::STRIP_OFFSETS, tag::STRIP_BYTE_COUNTS, width, rows as usize)
+        };
+        let what = if tiled { "tile" } else { "strip" };
+        let mut list = |tag: u16| match directory.numbers(tag, source)? {
+            Some(list) => Ok(list),
+            None => invalid!("TIFF has no list of {what} offsets and byte counts"),
+        };
+        let (offsets, counts) = (list(offsets)?, list(counts)?);
+        let across = width.div_ceil(chunk_width);
+        let needed = across as u64 * height.div_ceil(chunk_height) as u64;
+        if (offsets.len().min(counts.len()) as u64) < needed {
+            return invalid!("TIFF lists {} {what}s: expected {needed}", offsets.len().min(counts.len()));
+        }
+        Ok(Chunks { offsets, counts, width: chunk_width, height: chunk_height, across })
+    }
+}
+
+/// A TIFF picture being read.
+struct Reader<C> {
+    source: Source,
+    header: Header,
+    chunks: Chunks,
+    coder: C,
+    row: usize,
+    /// Chunks side by side that were begun and have rows left.
+    band: Vec<Box<dyn Rows>>,
+    band_rows: usize,
+    /// A row of a chunk.
+    piece: Vec<f32>,
+}
+
+/// Reads a picture whose header is settled.
+pub fn open<C: Coder + 'static>(
+    mut source: Source,
+    directory: &Directory,
+    header: Header,
+    coder: C,
+) -> Result<Box<dyn Picture>> {
+    let (columns, rows) = (header.resolution.scanline_len(), header.resolution.scanlines());
+    let chunks = Chunks::find(directory, &mut source, columns, rows)?;
+    let (band, piece) = (Vec::new(), Vec::new());
+    Ok(Box::new(Reader { source, header, chunks, coder, row: 0, band, band_rows: 0, piece }))
+}
+
+impl<C: Coder> Reader<C> {
+    /// Begins a chunk; gives its decoder and how many of its rows lie in the picture.
+    fn begin(&mut self, index: usize) -> Result<(Box<dyn Rows>, usize)> {
+        let height = self.header.resolution.scanlines();
+        let top = index / self.chunks.across * self.chunks.height;
+        let rows = self.chunks.height.min(height - top);
+        let (offset, count) = (self.chunks.offsets[index], self.chunks.counts[index]);
+        if count < self.coder.fewest_bytes(self.chunks.width, rows) {
+            return invalid!("picture ends at row {} of {height}: {count} bytes cannot hold {rows} rows", top + 1);
+        }
+        let mut bytes = Vec::new();
+        self.source.read_at(offset, count, &mut bytes).map_err(|e| at_row(e, top, height))?;
+        Ok((self.coder.begin(bytes, self.chunks.width), rows))
+    }
+
+    /// Whole strips, as many as make up `rows`, on all threads.
+    fn strips(&mut self, rows: usize, block: &mut Block) -> Result<()> {
+        let (first, count) = (self.row / self.chunks.height, rows / self.chunks.height);
+        let last = self.header.resolution.scanlines().div_ceil(self.chunks.height);
+        let strips = (first..(first + count.max(1)).min(last)).map(|i| self.begin(i));
+        let mut strips = strips.collect::<Result<Vec<_>>>()?;
+        block.rows = strips.iter().map(|s| s.1).sum();
+        let row_floats = self.header.scanline_floats();
+        block.data.resize(block.rows * row_floats, 0.0);
+        let (top, height) = (self.row, self.header.resolution.scanlines());
+        let each = self.chunks.height;
+        let decode = |(i, (part, strip)): (usize, (&mut [f32], &mut (Box<dyn Rows>, usize)))| -> Result<()> {
+            for (n, row) in part.chunks_exact_mut(row_floats).enumerate() {
+                strip.0.row(row).map_err(|e| at_row(e, top + i * each + n, height))?;
+            }
+            Ok(())
+        };
+        let parts = block.data.chunks_mut(each * row_floats);
+        if parallel::threads() == 1 {
+            return parts.zip(&mut strips).enumerate().try_for_each(decode);
+        }
+        // The first failure in the picture's order counts.
+        let parts = block.data.par_chunks_mut(each * row_floats);
+        let results: Vec<Result<()>> = parts.zip(&mut strips).enumerate().map(decode).collect();
+        results.into_iter().collect()
+    }
+
+    /// Up to `rows` rows of one band of tiles, or of a tall strip.
+    fn rows_of_band(&mut self, rows: usize, block: &mut Block) -> Result<()> {
+        if self.band_rows == 0 {
+            let first = self.row / self.chunks.height * self.chunks.across;
+            let begun: Vec<_> = (first..first + self.chunks.across).map(|i| self.begin(i)).collect::<Result<_>>()?;
+            self.band_rows = begun.first().map_or(0, |b| b.1);
+            self.band = begun.into_iter().map(|b| b.0).collect();
+        }
+        block.rows = rows.min(self.band_rows);
+        self.band_rows -= block.rows;
+        let (width, ncomp, height) =
+            (self.header.resolution.scanline_len(), self.header.ncomp, self.header.resolution.scanlines());
+        let chunk = self.chunks.width;
+        self.piece.resize(chunk * ncomp, 0.0);
+        block.data.clear();
+        for n in 0..block.rows {
+            for (i, rows) in self.band.iter_mut().enumerate() {
+                rows.row(&mut self.piece).map_err(|e| at_row(e, self.row + n, height))?;
+                let pixels = chunk.min(width - i * chunk);
+                block.data.extend_from_slice(&self.piece[..pixels * ncomp]);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where a picture ends too early.
+fn at_row(e: Error, row: usize, height: usize) -> Error {
+    match e {
+        io @ Error::Io { .. } => io,
+        e => Error::Invalid(format!("picture ends at row {} of {height}: {e}", row + 1)),
+    }
+}
+
+impl<C: Coder> Picture for Reader<C> {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn next(&mut self, block: &mut Block) -> Result<bool> {
+        let height = self.header.resolution.scanlines();
+        if self.row == height {
+            block.rows = 0;
+            block.data.clear();
+            return Ok(false);
+        }
+        let rows = block_rows(&self.header, height - self.row);
+        let whole = self.chunks.across == 1 && self.chunks.width == self.header.resolution.scanline_len();
+        let done = if whole && self.chunks.height <= rows.max(1) {
+            self.strips(rows, block)
+        } else {
+            self.rows_of_band(rows, block)
+        };
+        done.map_err(|e| e.within(&self.source.name))?;
+        self.row += block.rows;
+        Ok(true)
+    }
+
+    fn rewind(&mut self) -> Result<bool> {
+        (self.row, self.band_rows) = (0, 0);
+        Ok(true)
+    }
+}
+
+/// What a TIFF says beside its pixels.
+pub struct Remarks {
+    /// The ImageDescription.
+    pub annotation: Annotation,
+    /// Tag 318, where it is a chromaticity.
+    pub white: Option<Xy>,
+    /// Tag 319 with that white.
+    pub primaries: Option<Primaries>,
+    /// cd/m2 of a stored luminance of 1.
+    pub stonits: Option<f64>,
+}
+
+impl Remarks {
+    /// Reads them all; what makes no sense is a note.
+    pub fn read(directory: &Directory, source: &mut Source, reading: &Reading) -> Result<Remarks> {
+        let text = directory.text(tag::DESCRIPTION, source)?.unwrap_or_default();
+        let annotation = Annotation::parse(&text)?;
+        let mut reals = |tag: u16| directory.reals(tag, source);
+        let white = reals(tag::WHITE_POINT)?;
+        let primaries = reals(tag::PRIMARIES)?;
+        let stonits = reals(tag::STONITS)?;
+        let odd = |what: &str| reading.notes.add(format!("{}: its {what} makes no sense and is ignored", source.name));
+        let xy = white.and_then(|w| match w[..] {
+            [x, y] if (Xy { x, y }).is_physical() => Some(Xy { x, y }),
+            _ => {
+                odd("WhitePoint");
+                None
+            }
+        });
+        let primaries = primaries.and_then(|p| {
+            let white = annotation.primaries().map(|p| p.white).or(xy).unwrap_or(Xy::D65);
+            let found = Primaries::from_numbers(&[&p[..], &[white.x, white.y]].concat());
+            if found.is_none() {
+                odd("PrimaryChromaticities");
+            }
+            found
+        });
+        let stonits = match stonits.as_deref() {
+            Some([s, ..]) if (1e-30..1e30).contains(s) => Some(*s),
+            Some(_) => return invalid!("StoNits is not a number from 1e-30 to 1e30"),
+            None => None,
+        };
+        Ok(Remarks { annotation, white: xy, primaries, stonits })
+    }
+}
