@@ -198,17 +198,22 @@ pub fn encode(planes: &Planes, out: &mut Vec<u8>) {
         return;
     }
     out.extend([2, 2, (width >> 8) as u8, width as u8]);
-    simd::wide(
-        #[inline(always)]
-        || {
-            for plane in planes {
-                Runs::RADIANCE.encode(plane, out);
-            }
-        },
-    );
+    Runs::RADIANCE.encode_planes(planes, out);
 }
 
 impl Runs {
+    /// Appends planes, one after the other.
+    pub fn encode_planes(self, planes: &[Vec<u8>], out: &mut Vec<u8>) {
+        simd::wide(
+            #[inline(always)]
+            || {
+                for plane in planes {
+                    self.encode(plane, out);
+                }
+            },
+        );
+    }
+
     /// Appends a plane. The choice of runs is Radiance's and libtiff's own, so that equal planes give equal bytes: runs of at
     /// least four; two or three equal bytes before such a run go out as a short run when they are all that precedes it.
     #[inline(always)]

@@ -212,17 +212,33 @@ fn front(x: &[f32; LANES], y: &[f32; LANES], z: &[f32; LANES]) -> Front {
     f
 }
 
-/// The whole parts of positive numbers, and how close the closest comes to a whole number.
+/// Signs gathered from many pixels: a comparison is a difference of bits, whose sign says how it went, since positive floats
+/// compare as their bits do. One test at the end then serves all.
+#[derive(Clone, Copy)]
+struct Signs([i64; LANES]);
+
+impl Signs {
+    /// True where a difference was negative.
+    #[inline(always)]
+    fn any(&self) -> bool {
+        self.0.iter().fold(0, |all, sign| all | sign) < 0
+    }
+}
+
+/// The whole parts of numbers; a sign for each that is not from `start` to under `end` or comes close to a whole number.
 #[inline(always)]
-fn whole(x: &[f64; LANES]) -> ([u32; LANES], f64) {
-    let (mut parts, mut closest) = ([0; LANES], 1f64);
+fn whole(x: &[f64; LANES], start: f64, end: f64, signs: &mut Signs) -> [u32; LANES] {
+    let mut parts = [0; LANES];
     for i in 0..LANES {
         parts[i] = (x[i] - 0.5 + ROUND).to_bits() as u32;
+        let bits = x[i].to_bits() as i64;
+        let distance = (x[i] - ((x[i] + ROUND) - ROUND)).abs().to_bits() as i64;
+        signs.0[i] |= bits
+            | bits.wrapping_sub(start.to_bits() as i64)
+            | (end.to_bits() as i64 - 1).wrapping_sub(bits)
+            | distance.wrapping_sub(NEAR.to_bits() as i64);
     }
-    for x in x {
-        closest = closest.min((x - ((x + ROUND) - ROUND)).abs());
-    }
-    (parts, closest)
+    parts
 }
 
 /// Encodes triples, each times `factor`, to the four byte planes of 32-bit words.
@@ -268,8 +284,10 @@ fn group_32(group: &[f32; 3 * LANES], factor: f32) -> Option<[[u8; LANES]; 4]> {
         u[i] = UV_SCALE * f.u[i];
         v[i] = UV_SCALE * f.v[i];
     }
-    let ((le, a), (ue, b), (ve, c)) = (whole(&l), whole(&u), whole(&v));
-    if a.min(b).min(c) < NEAR || !within(&l, 1.0, 32768.0) || !within(&u, 0.0, 256.0) || !within(&v, 0.0, 256.0) {
+    let mut signs = Signs([0; LANES]);
+    let le = whole(&l, 1.0, 32768.0, &mut signs);
+    let (ue, ve) = (whole(&u, 0.0, 256.0, &mut signs), whole(&v, 0.0, 256.0, &mut signs));
+    if signs.any() {
         return None;
     }
     let mut planes = [[0u8; LANES]; 4];
@@ -283,40 +301,31 @@ fn group_32(group: &[f32; 3 * LANES], factor: f32) -> Option<[[u8; LANES]; 4]> {
     Some(planes)
 }
 
-/// All from `start` to under `end`.
-#[inline(always)]
-fn within(x: &[f64; LANES], start: f64, end: f64) -> bool {
-    let low = x.iter().fold(f64::INFINITY, |m, x| m.min(*x));
-    let high = x.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x));
-    low >= start && high < end
-}
-
 /// Planes of XYZ times `factor`, and which of them are exactly black; `None` unless every other Y lies above `black` and
 /// under `top` and all is finite.
 #[inline(always)]
 #[allow(clippy::type_complexity)]
 fn plain(group: &[f32; 3 * LANES], factor: f32, black: f32, top: f32) -> Option<([[f32; LANES]; 3], [bool; LANES])> {
-    let mut xyz = [[0f32; LANES]; 3];
+    let (mut xyz, mut dark, mut signs) = ([[0f32; LANES]; 3], [false; LANES], [0i32; LANES]);
     for i in 0..LANES {
         for c in 0..3 {
             xyz[c][i] = group[3 * i + c] * factor;
         }
     }
-    // Positive floats compare as their bits do, and infinities, NaN and what has a sign have larger bits.
-    let (mut most, mut dark) = (0, [false; LANES]);
-    let mut least = u32::MAX;
+    const INFINITY: i32 = f32::INFINITY.to_bits() as i32;
     for i in 0..LANES {
-        let bits = xyz[1][i].to_bits();
-        most = bits.max(most);
-        dark[i] = bits == 0;
-        least = least.min(bits.wrapping_sub(1)); // 0 wraps to the largest
+        let y = xyz[1][i].to_bits() as i32;
+        dark[i] = y == 0;
+        let y = if y == 0 { 1f32.to_bits() as i32 } else { y };
+        let [x, z] = [xyz[0][i], xyz[2][i]].map(|x| x.to_bits() as i32 & i32::MAX);
+        // As in `Signs`.
+        signs[i] = y
+            | y.wrapping_sub(black.to_bits() as i32 + 1)
+            | (top.to_bits() as i32 - 1).wrapping_sub(y)
+            | (INFINITY - 1).wrapping_sub(x)
+            | (INFINITY - 1).wrapping_sub(z);
     }
-    let mut widest = 0;
-    for i in 0..LANES {
-        widest = widest.max(xyz[0][i].to_bits() & 0x7fff_ffff).max(xyz[2][i].to_bits() & 0x7fff_ffff);
-    }
-    let fits = most < top.to_bits() && least >= black.to_bits() && widest < f32::INFINITY.to_bits();
-    fits.then_some((xyz, dark))
+    (signs.iter().fold(0, |all, sign| all | sign) >= 0).then_some((xyz, dark))
 }
 
 /// Gives black pixels the neutral chromaticity.
@@ -365,8 +374,9 @@ fn group_24(group: &[f32; 3 * LANES], factor: f32, cells: &Cells) -> Option<[u32
     for i in 0..LANES {
         l[i] = 64.0 * (f.log2_y[i] + 12.0);
     }
-    let (le, closest) = whole(&l);
-    if closest < NEAR || !within(&l, 1.0, 1024.0) || !within(&f.v, 0.0, 1.0) {
+    let mut signs = Signs([0; LANES]);
+    let le = whole(&l, 1.0, 1024.0, &mut signs);
+    if signs.any() {
         return None;
     }
     let mut words = [0u32; LANES];

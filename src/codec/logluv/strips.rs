@@ -177,8 +177,8 @@ pub fn write(
                 Coding::LogL16 => luminances(row, factor, |_| 0.0, &mut planes, losses),
             }
             match coding {
-                Coding::Log32 => planes.iter().for_each(|plane| Runs::LOGLUV.encode(plane, bytes)),
-                Coding::LogL16 => planes[..2].iter().for_each(|plane| Runs::LOGLUV.encode(plane, bytes)),
+                Coding::Log32 => Runs::LOGLUV.encode_planes(&planes, bytes),
+                Coding::LogL16 => Runs::LOGLUV.encode_planes(&planes[..2], bytes),
                 Coding::Log24 => {}
             }
         }
