@@ -253,7 +253,11 @@ fn curve(tag: &[u8]) -> Option<Curve> {
             let p = |i: usize| fixed_at(tag, 12 + 4 * i);
             let g = p(0)?;
             Some(match kind {
-                [0, 0] => Curve::Gamma(g),
+                [0, 0] => {
+                    // What people write has few digits, which 1/65536 does not hold.
+                    let written = (g * 1e4).round() / 1e4;
+                    Curve::Gamma(if (g - written).abs() < 0.6 / FIXED { written } else { g })
+                }
                 [0, 1] => Curve::Parametric([g, p(1)?, p(2)?, 0.0, -p(2)? / p(1)?, 0.0, 0.0]),
                 [0, 2] => Curve::Parametric([g, p(1)?, p(2)?, 0.0, -p(2)? / p(1)?, p(3)?, p(3)?]),
                 [0, 3] => {
@@ -296,6 +300,53 @@ mod tests {
         ] {
             let got = xyz(tag(&bytes, name).unwrap()).unwrap();
             assert!(got.iter().zip(want).all(|(a, b)| (a - b).abs() < 1.2e-4), "{got:?} {want:?}");
+        }
+    }
+
+    /// Lab at D50 of codes as LittleCMS 2.19 has them from profiles written here: what another reader sees is what we mean.
+    #[test]
+    fn another_reader_sees_these_colours() {
+        let codes =
+            [[255, 255, 255], [255, 0, 0], [0, 255, 0], [0, 0, 255], [128, 128, 128], [200, 50, 120], [1, 2, 3]];
+        let crt = [
+            [100.0, 0.0, 0.0],
+            [54.205, 75.296, 70.088],
+            [87.157, -73.861, 81.818],
+            [32.928, 60.8, -106.769],
+            [53.976, 0.0, 0.0],
+            [47.458, 59.274, -3.303],
+            [0.02, -0.004, -0.048],
+        ];
+        let print = [
+            [100.0, 0.0, 0.0],
+            [59.94, 77.06, 47.68],
+            [83.05, -81.882, 47.665],
+            [37.273, 31.413, -85.276],
+            [53.585, 0.0, 0.0],
+            [51.849, 57.47, 4.146],
+            [0.498, -0.24, -0.381],
+        ];
+        let p3 = [
+            [100.0, 0.0, 0.0],
+            [56.207, 94.473, 98.897],
+            [86.614, -106.542, 102.861],
+            [31.014, 70.447, -115.586],
+            [53.585, 0.0, 0.0],
+            [48.747, 72.891, -1.168],
+            [0.5, -0.232, -0.532],
+        ];
+        let f = |t: f64| if t > 216.0 / 24389.0 { t.cbrt() } else { (24389.0 / 27.0 * t + 16.0) / 116.0 };
+        for (name, want) in [("crt", crt), ("print", print), ("p3", p3)] {
+            let display: crate::display::Display = name.parse().unwrap();
+            let bytes = profile(&display.primaries, &display.transfer).unwrap();
+            let columns = [b"rXYZ", b"gXYZ", b"bXYZ"].map(|n| xyz(tag(&bytes, n).unwrap()).unwrap());
+            let curve = &read(&bytes).unwrap().curves[0];
+            for (code, want) in codes.iter().zip(want) {
+                let light = code.map(|c| curve.light(f64::from(c) / 255.0));
+                let [x, y, z] = [0, 1, 2].map(|i| f((0..3).map(|k| columns[k][i] * light[k]).sum::<f64>() / D50[i]));
+                let lab = [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)];
+                assert!(lab.iter().zip(want).all(|(a, b)| (a - b).abs() < 0.02), "{name} {code:?}: {lab:?} {want:?}");
+            }
         }
     }
 

@@ -1,7 +1,7 @@
 //! PNG for displays: 8 or 16 bits a component, the display's curve, the colour space written in the file.
 //!
 //! Written: `sRGB` with its `gAMA` and `cHRM` for sRGB; for BT.709, Display P3 and BT.2020 with the sRGB, PQ or HLG curve `cICP`
-//! (ITU-T H.273), with PQ and HLG `mDCV` too, the display's range; for every curve but PQ and HLG an ICC profile (`iCCP`), and
+//! (ITU-T H.273), with PQ and HLG and any primaries, those in `cHRM` where they have no number, and `mDCV`, the display's range; for every curve but PQ and HLG an ICC profile (`iCCP`), and
 //! `gAMA` where the curve is a power or nearly. The header's text (history, VIEW, WHITE, DISPLAY ...) is an `iTXt`, or `tEXt`
 //! where it is not UTF-8, of keyword `luxpipe`.
 //!
@@ -39,12 +39,15 @@ const H273_PRIMARIES: [(u8, [f64; 8]); 7] = [
     (22, [0.630, 0.340, 0.295, 0.605, 0.155, 0.077, 0.3127, 0.3290]),
 ];
 
-/// The numbers of a cICP chunk that say these colours.
+/// H.273's number for primaries that something else says, here cHRM.
+const UNSPECIFIED: u8 = 2;
+
+/// The numbers of a cICP chunk that say these colours. PQ and HLG can be said in no other way, whatever the primaries.
 fn cicp(primaries: &Primaries, transfer: &Transfer) -> Option<[u8; 4]> {
-    let known = H273_PRIMARIES[..3]
-        .iter()
-        .find(|(_, n)| Primaries::from_numbers(n).is_some_and(|p| p.distance(primaries) < icc::SAME))?;
-    Some([known.0, transfer.cicp()?, 0, 1])
+    let same = |n: &[f64; 8]| Primaries::from_numbers(n).is_some_and(|p| p.distance(primaries) < icc::SAME);
+    let known = H273_PRIMARIES[..3].iter().find(|p| same(&p.1)).map(|p| p.0);
+    let hdr = matches!(transfer, Transfer::Pq | Transfer::Hlg);
+    Some([known.or(hdr.then_some(UNSPECIFIED))?, transfer.cicp()?, 0, 1])
 }
 
 /// Primaries by the number of H.273; 7 has those of 6.

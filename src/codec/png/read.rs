@@ -7,7 +7,7 @@ use png::{BitDepth, ColorType, DecodeOptions, Decoder, DecodingError, Info, Tran
 
 use crate::codec::Reading;
 use crate::codec::png::icc::{self, Curve};
-use crate::codec::png::{KEYWORD, h273_primaries};
+use crate::codec::png::{KEYWORD, UNSPECIFIED, h273_primaries};
 use crate::color::Primaries;
 use crate::display::transfer::{PQ_PEAK_CD_M2, Transfer, pq_decode};
 use crate::error::printable;
@@ -213,11 +213,17 @@ impl Colours {
 
 /// By the first of cICP, iCCP, sRGB, gAMA and cHRM that is there and understood.
 fn colours(info: &Info, overrides: &Overrides, note: &dyn Fn(&str)) -> Result<Colours> {
+    let primaries = info.chrm_chunk.and_then(|c| {
+        let xy = [c.red, c.green, c.blue, c.white].map(|(x, y)| [x, y].map(|n| f64::from(n.into_scaled()) / 1e5));
+        Primaries::from_numbers(xy.as_flattened())
+    });
     if let Some(code) = &info.coding_independent_code_points {
         if !code.is_video_full_range_image {
             return Err(Error::Unsupported("cICP says narrow range; expected full range".into()));
         }
-        match (h273_primaries(code.color_primaries), h273_curve(code.transfer_function)) {
+        let unspecified = code.color_primaries == UNSPECIFIED;
+        let said = if unspecified { primaries } else { h273_primaries(code.color_primaries) };
+        match (said, h273_curve(code.transfer_function)) {
             (Some(primaries), Some(curves)) => {
                 if let Curves::Alone([Curve::Gamma(2.4), ..]) = curves {
                     note("cICP names a camera's curve: taking that of a BT.1886 display, gamma 2.4");
@@ -242,10 +248,6 @@ fn colours(info: &Info, overrides: &Overrides, note: &dyn Fn(&str)) -> Result<Co
         return Ok(Colours::new(Primaries::BT709, Curve::Srgb));
     }
     let gamma = info.gama_chunk.map(|g| 1e5 / f64::from(g.into_scaled())).filter(|g| (0.1..=10.0).contains(g));
-    let primaries = info.chrm_chunk.and_then(|c| {
-        let xy = [c.red, c.green, c.blue, c.white].map(|(x, y)| [x, y].map(|n| f64::from(n.into_scaled()) / 1e5));
-        Primaries::from_numbers(xy.as_flattened())
-    });
     if gamma.is_none() && primaries.is_none() {
         let curve = if overrides.primaries.is_some() { "its curve" } else { "its colours" };
         note(&format!("the file says nothing of {curve}: taking sRGB"));

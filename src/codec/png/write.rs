@@ -148,7 +148,8 @@ impl Piece {
             std::mem::swap(&mut self.row, &mut self.above);
         }
         self.adler = Some(Adler::of(&self.filtered));
-        pack::deflate(&self.filtered, self.last, &mut self.packed);
+        let effort = if coder.bits == 16 { pack::EFFORT_16 } else { pack::EFFORT_8 };
+        pack::deflate(&self.filtered, effort, self.last, &mut self.packed);
     }
 }
 
