@@ -370,7 +370,7 @@ fn colours_are_said_by_the_first_chunk_that_is_understood() {
     let (v, p, note) = value(&[], &["--primaries", "P3"]);
     close(v, srgb_decode(half));
     assert!(p.contains("0.68 0.32") && note.contains("its curve"), "{p} {note}");
-    close(value(&[gama.clone()], &[]).0, half);
+    close(value(std::slice::from_ref(&gama), &[]).0, half);
     close(value(&[gama.clone(), srgb.clone()], &[]).0, srgb_decode(half));
     let (v, _, note) = value(&[bad_icc.clone(), gama.clone()], &[]);
     close(v, half);

@@ -11,6 +11,7 @@
 //! Rows flow one by one; an interlaced file is held whole, within `--memory`. Rows of over 2^24 pixels are refused, texts of over
 //! 1 MiB, other metadata of over 32 MiB.
 
+mod colours;
 mod icc;
 mod pack;
 mod read;

@@ -232,7 +232,7 @@ struct Coder<'a> {
 }
 
 enum Table {
-    Eight(Coder8),
+    Eight(Box<Coder8>),
     Sixteen(Coder16),
     /// Where channels depend on each other, or a code is not enough.
     None,
@@ -240,19 +240,13 @@ enum Table {
 
 impl<'a> Coder<'a> {
     fn new(coding: &'a Coding, primaries: &Primaries) -> Coder<'a> {
-        let eight = Coder8::new(&coding.transfer).filter(|_| coding.bits == 8);
-        let sixteen = if coding.bits == 16 && !coding.dither {
-            let [black, white] = coding.range_cd_m2;
-            Coder16::new(&coding.transfer, (black, white))
-        } else {
-            None
+        let [black, white] = coding.range_cd_m2;
+        let table = match coding.bits {
+            _ if coding.dither => None,
+            16 => Coder16::new(&coding.transfer, (black, white)).map(Table::Sixteen),
+            _ => Coder8::new(&coding.transfer).map(|t| Table::Eight(Box::new(t))),
         };
-        let table = match (eight, sixteen) {
-            _ if coding.dither => Table::None,
-            (Some(t), _) => Table::Eight(t),
-            (_, Some(t)) => Table::Sixteen(t),
-            _ => Table::None,
-        };
+        let table = table.unwrap_or(Table::None);
         let y = primaries.to_xyz().map_or([0.0; 3], |m| m.0[1]);
         Coder { coding, bits: coding.bits, y, table }
     }
