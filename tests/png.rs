@@ -514,3 +514,16 @@ fn what_would_fill_memory_is_refused() {
     fails("ra_png", &["-r"], &with(chunk("tEXt", &[b"luxpipe\0".to_vec(), vec![b'x'; 2 << 20]].concat())), 1, "text");
     fails("ra_png", &["-r"], &with(chunk("eXIf", &zeros)), 1, "metadata");
 }
+
+/// Light that HLG cannot hold at a white is counted: pure red at full light is more than its brightest red.
+#[test]
+fn what_hlg_cannot_hold_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let hlg = displays(folder.path()).into_iter().find(|n| n.ends_with("hlg.toml")).unwrap();
+    let header = "NCOMP=3\nCOMPONENTS=RGB\nUNITS=display\nPRIMARIES= .708 .292 .17 .797 .131 .046 .3127 .329";
+    // Code (1, 0, 0) is 0.2627 ^ 0.2 = 0.7654 of white's red, by BT.2100.
+    for (red, told) in [(0.76, false), (0.77, true)] {
+        let out = run("ra_png", &["--display", &hlg], &stream(header, "-Y 1 +X 1", &[red, 0.0, 0.0]));
+        assert_eq!(String::from_utf8_lossy(&out.stderr).contains("1 of 1 pixels are of colours"), told, "{out:?}");
+    }
+}

@@ -182,7 +182,12 @@ pub fn read(bytes: &[u8]) -> Result<Profile, &'static str> {
         return Err("has no colorants");
     };
     let from_d50 = unadapt(bytes).ok_or("has an impossible white")?;
-    let xy = |v| Xy::of(from_d50.apply(v)).filter(|p: &Xy| p.x.is_finite() && p.y.is_finite());
+    // Not `Xy::of`: the blue of ACES AP0 has a luminance below 0.
+    let xy = |v| {
+        let [x, y, z] = from_d50.apply(v);
+        let sum = x + y + z;
+        (sum > 0.0).then(|| Xy { x: x / sum, y: y / sum })
+    };
     let white = [0, 1, 2].map(|i| r[i] + g[i] + b[i]);
     let all: Option<Vec<Xy>> = [r, g, b, white].into_iter().map(xy).collect();
     let primaries = all.and_then(|p| Primaries::from_numbers(&p.iter().flat_map(|p| [p.x, p.y]).collect::<Vec<_>>()));
