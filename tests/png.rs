@@ -102,7 +102,8 @@ fn displays(folder: &Path) -> Vec<String> {
     all
 }
 
-/// Half a code at most lies between what was written and what is read, the header comes back, and once more changes nothing.
+/// Half a code at most lies between what was written and what is read, the header comes back, and once more changes
+/// nothing.
 #[test]
 fn what_is_written_for_a_display_is_read_again() {
     let folder = tempfile::tempdir().unwrap();
@@ -145,7 +146,8 @@ fn what_is_written_for_a_display_is_read_again() {
     }
 }
 
-/// Each display's file says its colours as far as readers go: who knows no cICP finds a profile, who knows neither gAMA.
+/// Each display's file says its colours as far as readers go: who knows no cICP finds a profile, who knows neither
+/// gAMA.
 #[test]
 fn chunks_are_those_for_the_display() {
     let folder = tempfile::tempdir().unwrap();
@@ -196,8 +198,8 @@ fn any_header_line_comes_back() {
     assert!(String::from_utf8_lossy(&back).contains("\nDISPLAY= 0 50\n"));
 }
 
-/// A slow ramp in 8 bits: the mean over 32 x 32 is that of the values, black and white stay what they are, nothing depends
-/// on threads.
+/// A slow ramp in 8 bits: the mean over 32 x 32 is that of the values, black and white stay what they are, nothing
+/// depends on threads.
 #[test]
 fn dither_keeps_the_mean() {
     let (w, h) = (1024usize, 64usize);

@@ -142,8 +142,8 @@ impl Transfer {
     }
 }
 
-/// Linear light to the nearest code of 8 bits: the leading bits of the float give a first guess, thresholds between codes
-/// the answer, so that no power is computed a pixel.
+/// Linear light to the nearest code of 8 bits: the leading bits of the float give a first guess, thresholds between
+/// codes the answer, so that no power is computed a pixel.
 pub struct Coder8 {
     /// Light from which code i holds, i = 0..255; then infinity.
     thresholds: [f32; 257],
@@ -181,8 +181,8 @@ impl Coder8 {
     }
 }
 
-/// Linear light to the nearest code of 16 bits, for curves that treat each channel alone: a line between neighbours of a small
-/// table gives a guess within a code or so, thresholds the answer.
+/// Linear light to the nearest code of 16 bits, for curves that treat each channel alone: a line between neighbours of
+/// a small table gives a guess within a code or so, thresholds the answer.
 pub struct Coder16 {
     /// Light from which code i holds; then infinity.
     thresholds: Vec<f32>,

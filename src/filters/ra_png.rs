@@ -35,7 +35,8 @@ clap_defaults!(RaPng);
 
 impl Filter for RaPng {
     const NAME: &'static str = "ra_png";
-    const ABOUT: &'static str = "Write linear RGB for a display as PNG with the display's curve, colour space tagged; -r reads one to a float stream";
+    const ABOUT: &'static str =
+        "Write linear RGB for a display as PNG, its curve and colours tagged; -r reads one to a float stream";
     const EXAMPLE: &'static str =
         "pcond < scene.lux | xyz2rgb --gamut desaturate | ra_png > scene.png\nra_png -r scene.png | picinfo";
     const FORMATS: bool = false;

@@ -61,7 +61,7 @@ pub fn colours(info: &Info, overrides: &Overrides, note: &dyn Fn(&str)) -> Resul
         match icc::read(profile) {
             Ok(p) => return Ok(Colours { primaries: p.primaries, curves: Curves::Alone(p.curves) }),
             Err(what) => note(&format!(
-                "its ICC profile {what}: what else the file says of its colours counts; expected RGB by matrix and curves"
+                "its ICC profile {what}: what else the file says counts; expected RGB by matrix and curves"
             )),
         }
     }

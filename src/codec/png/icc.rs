@@ -1,7 +1,9 @@
-//! ICC profiles of displays: three colorants and their curves, written as version 4 and read as version 2 or 4 [ICC.1:2010].
+//! ICC profiles of displays: three colorants and their curves, written as version 4 and read as version 2 or 4
+//! [ICC.1:2010].
 //!
-//! A profile speaks of D50: colorants are adapted by Bradford's matrix, which the `chad` tag holds, and read back through it.
-//! A table in `curv` has 16 bits of light, too few for dark codes: a private tag `lxtc` repeats it in doubles.
+//! A profile speaks of D50: colorants are adapted by Bradford's matrix, which the `chad` tag holds, and read back
+//! through it. A table in `curv` has 16 bits of light, too few for dark codes: a private tag `lxtc` repeats it in
+//! doubles.
 
 use crate::color::adapt::von_kries;
 use crate::color::rgb::NAMED;
@@ -308,7 +310,8 @@ mod tests {
         }
     }
 
-    /// Lab at D50 of codes as LittleCMS 2.19 has them from profiles written here: what another reader sees is what we mean.
+    /// Lab at D50 of codes as LittleCMS 2.19 has them from profiles written here: what another reader sees is what we
+    /// mean.
     #[test]
     fn another_reader_sees_these_colours() {
         let codes =

@@ -1,15 +1,16 @@
 //! PNG for displays: 8 or 16 bits a component, the display's curve, the colour space written in the file.
 //!
-//! Written: `sRGB` with its `gAMA` and `cHRM` for sRGB; for BT.709, Display P3 and BT.2020 with the sRGB, PQ or HLG curve `cICP`
-//! (ITU-T H.273), with PQ and HLG and any primaries, those in `cHRM` where they have no number, and `mDCV`, the display's range; for every curve but PQ and HLG an ICC profile (`iCCP`), and
-//! `gAMA` where the curve is a power or nearly. The header's text (history, VIEW, WHITE, DISPLAY ...) is an `iTXt`, or `tEXt`
-//! where it is not UTF-8, of keyword `luxpipe`.
+//! Written: `sRGB` with its `gAMA` and `cHRM` for sRGB; for BT.709, Display P3 and BT.2020 with the sRGB, PQ or HLG
+//! curve `cICP` (ITU-T H.273), with PQ and HLG and any primaries, those in `cHRM` where they have no number, and
+//! `mDCV`, the display's range; for every curve but PQ and HLG an ICC profile (`iCCP`), and `gAMA` where the curve is a
+//! power or nearly. The header's text (history, VIEW, WHITE, DISPLAY ...) is an `iTXt`, or `tEXt` where it is not
+//! UTF-8, of keyword `luxpipe`.
 //!
-//! Read: every PNG, its first picture if it is animated, as linear RGB for a display. The colours are what the first of `cICP`,
-//! `iCCP`, `sRGB`, `gAMA` and `cHRM` says that is there and understood, else sRGB, with a note. Transparency is ignored, with a
-//! note. PQ is absolute: 1 is the white of the text's DISPLAY line, else 10,000 cd/m2; HLG is for that white, else 1000 cd/m2.
-//! Rows flow one by one; an interlaced file is held whole, within `--memory`. Rows of over 2^24 pixels are refused, texts of over
-//! 1 MiB, other metadata of over 32 MiB.
+//! Read: every PNG, its first picture if it is animated, as linear RGB for a display. The colours are what the first of
+//! `cICP`, `iCCP`, `sRGB`, `gAMA` and `cHRM` says that is there and understood, else sRGB, with a note. Transparency is
+//! ignored, with a note. PQ is absolute: 1 is the white of the text's DISPLAY line, else 10,000 cd/m2; HLG is for that
+//! white, else 1000 cd/m2. Rows flow one by one; an interlaced file is held whole, within `--memory`. Rows of over 2^24
+//! pixels are refused, texts of over 1 MiB, other metadata of over 32 MiB.
 
 mod colours;
 mod icc;

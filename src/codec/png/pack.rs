@@ -31,7 +31,8 @@ pub fn zlib(data: &[u8]) -> Vec<u8> {
     out
 }
 
-/// Appends `data` deflated, ending at a whole byte; the `last` piece closes the stream. It cannot fail: there is no dictionary.
+/// Appends `data` deflated, ending at a whole byte; the `last` piece closes the stream. It cannot fail: there is no
+/// dictionary.
 pub fn deflate(data: &[u8], effort: u32, last: bool, out: &mut Vec<u8>) {
     let flush = if last { FlushCompress::Finish } else { FlushCompress::Sync };
     let mut deflater = Compress::new(Compression::new(effort), false);
@@ -89,8 +90,8 @@ pub struct Filters {
 }
 
 impl Filters {
-    /// Appends a row with its filter's number in front. `above` is the row above it, zeros for the first; pixels have `step`
-    /// bytes.
+    /// Appends a row with its filter's number in front. `above` is the row above it, zeros for the first; pixels have
+    /// `step` bytes.
     pub fn row(&mut self, row: &[u8], above: &[u8], step: usize, out: &mut Vec<u8>) {
         self.best.clear();
         self.best.extend_from_slice(row);

@@ -291,9 +291,9 @@ impl<'a> Coder<'a> {
     }
 }
 
-/// A number from 0 to 1 for each place, spread evenly over every small area: the additive sequence of the plastic number
-/// (Roberts 2018, R2) over columns and rows, shifted for each channel. Nothing but the place counts, so neither threads nor
-/// blocks show.
+/// A number from 0 to 1 for each place, spread evenly over every small area: the additive sequence of the plastic
+/// number (Roberts 2018, R2) over columns and rows, shifted for each channel. Nothing but the place counts, so neither
+/// threads nor blocks show.
 fn threshold(x: usize, y: usize, channel: usize) -> f64 {
     const STEP: [u32; 2] = [0xc13f_a9a9, 0x91e1_0da5]; // 2^32 times 1/p and 1/p^2, p^3 = p + 1
     let place = (x as u32).wrapping_mul(STEP[0]).wrapping_add((y as u32).wrapping_mul(STEP[1]));
