@@ -40,7 +40,7 @@ pub struct Reading<'a> {
 pub const MAGIC: usize = 8;
 
 /// Every format beside the stream's own (floats, RGBE, XYZE, hyperspectral Radiance), which is what remains.
-pub static FORMATS: &[Format] = &[tiff::FORMAT, pfm::FORMAT];
+pub static FORMATS: &[Format] = &[tiff::FORMAT, pfm::FORMAT, png::FORMAT];
 
 /// Opens any picture that the filters read.
 pub fn open(mut input: Input, reading: &Reading) -> Result<Box<dyn Picture>> {

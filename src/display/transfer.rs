@@ -78,14 +78,16 @@ impl Transfer {
     pub fn light(&self, codes: [f64; 3], (black, white): (f64, f64), y: [f64; 3]) -> [f64; 3] {
         match self {
             Transfer::Pq => codes.map(|c| ((pq_decode(c) - black) / (white - black)).clamp(0.0, 1.0)),
-            Transfer::Hlg => {
-                let gamma = 1.2 + 0.42 * (white / 1000.0).log10();
-                let scene = codes.map(hlg_decode);
-                let luminance: f64 = scene.iter().zip(y).map(|(a, b)| a * b).sum();
-                scene.map(|x| if luminance > 0.0 { x * luminance.powf(gamma - 1.0) } else { 0.0 })
-            }
+            Transfer::Hlg => Transfer::hlg_display(codes.map(hlg_decode), white, y),
             _ => self.shares(codes),
         }
+    }
+
+    /// What an HLG display of that white, cd/m2, makes of scene light; `y` is the luminance row.
+    pub fn hlg_display(scene: [f64; 3], white: f64, y: [f64; 3]) -> [f64; 3] {
+        let gamma = 1.2 + 0.42 * (white / 1000.0).log10();
+        let luminance: f64 = scene.iter().zip(y).map(|(a, b)| a * b).sum();
+        scene.map(|x| if luminance > 0.0 { x * luminance.powf(gamma - 1.0) } else { 0.0 })
     }
 
     /// The same for curves that treat each channel alone; codes of the others are taken for light.
@@ -140,8 +142,8 @@ impl Transfer {
     }
 }
 
-/// Linear light to the nearest code of 8 bits: the leading bits of the float give a first guess, thresholds between codes
-/// the answer, so that no power is computed a pixel.
+/// Linear light to the nearest code of 8 bits: the leading bits of the float give a first guess, thresholds between
+/// codes the answer, so that no power is computed a pixel.
 pub struct Coder8 {
     /// Light from which code i holds, i = 0..255; then infinity.
     thresholds: [f32; 257],
@@ -179,9 +181,78 @@ impl Coder8 {
     }
 }
 
+/// Linear light to the nearest code of 16 bits, for curves that treat each channel alone: a line between neighbours of
+/// a small table gives a guess within a code or so, thresholds the answer.
+pub struct Coder16 {
+    /// Light from which code i holds; then infinity.
+    thresholds: Vec<f32>,
+    /// Codes at the ends of the pieces that the leading bits of a float name.
+    guess: Vec<f32>,
+}
+
+impl Coder16 {
+    /// For light as shares of the range from black to white; `None` for HLG.
+    pub fn new(transfer: &Transfer, (black, white): (f64, f64)) -> Option<Coder16> {
+        let light = |code: f64| match transfer {
+            Transfer::Pq => Some((pq_decode(code) - black) / (white - black)),
+            other => other.decode(code),
+        };
+        let mut thresholds = vec![f32::NEG_INFINITY];
+        for code in 1..=65535 {
+            let exact = light((f64::from(code) - 0.5) / 65535.0)?;
+            let near = exact as f32;
+            thresholds.push(if f64::from(near) < exact { near.next_up() } else { near });
+        }
+        thresholds.push(f32::INFINITY);
+        let last = (1.0f32.to_bits() >> SHIFT) + 1;
+        let code = |i| {
+            let x = f64::from(f32::from_bits(i << SHIFT)).min(1.0);
+            (transfer.encode([x; 3], (black, white), [0.0; 3])[0] * 65535.0) as f32
+        };
+        Some(Coder16 { thresholds, guess: (0..=last).map(code).collect() })
+    }
+
+    /// The code nearest to the display value of `linear`; that of 0 for NaN and below, of 1 above 1.
+    #[inline]
+    pub fn code(&self, linear: f32) -> u16 {
+        let x = bound(linear, 0.0, 1.0);
+        let bits = x.to_bits();
+        let at = (bits >> SHIFT) as usize;
+        let part = (bits & ((1 << SHIFT) - 1)) as f32 / (1 << SHIFT) as f32;
+        let guess = self.guess[at] + (self.guess[at + 1] - self.guess[at]) * part;
+        let mut code = (guess + 0.5) as usize & 0xffff;
+        while x < self.thresholds[code] {
+            code -= 1;
+        }
+        while x >= self.thresholds[code + 1] {
+            code += 1;
+        }
+        code as u16
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn codes_of_16_bits_are_those_of_the_formula() {
+        let table = (0..=16).map(|i| (f64::from(i) / 16.0).powf(1.8)).collect();
+        for t in [Transfer::Srgb, Transfer::Gamma(2.2), Transfer::Gamma(0.4), Transfer::Pq, Transfer::Table(table)] {
+            let coder = Coder16::new(&t, (0.005, 1000.0)).unwrap();
+            for i in 0..300_000 {
+                let x = i as f32 / 299_999.0;
+                for x in [x, x * x * x * x] {
+                    let want = t.encode([f64::from(x); 3], (0.005, 1000.0), [0.0; 3])[0] * 65535.0;
+                    let got = f64::from(coder.code(x));
+                    // A hair more where the sRGB curve's two parts meet.
+                    assert!((got - want).abs() <= 0.5 + 2e-3, "{t:?} {x}: {got} for {want}");
+                }
+            }
+            assert_eq!([-1.0, f32::NAN].map(|x| coder.code(x)), [coder.code(0.0); 2]);
+            assert_eq!([2.0, f32::INFINITY].map(|x| coder.code(x)), [coder.code(1.0); 2]);
+        }
+    }
 
     #[test]
     fn codes_are_those_of_the_formula() {

@@ -8,7 +8,7 @@ use crate::codec::png;
 use crate::display::{Display, Transfer};
 use crate::filter::{Filter, Product, Run};
 use crate::stream::upright::upright;
-use crate::stream::{Components, Header, Picture, Units};
+use crate::stream::{Components, Header, Picture, Units, picture};
 use crate::{Error, Result, usage};
 
 /// Options of `ra_png`.
@@ -24,17 +24,28 @@ pub struct RaPng {
     /// Luminance that becomes white, for pictures in cd/m2 that no tone mapping has seen
     #[arg(long, value_name = "CD_M2")]
     pub white_luminance: Option<f64>,
+    /// Dither: round up or down by a fixed pattern, so that slow ramps keep their mean
+    #[arg(long)]
+    pub dither: bool,
+    /// The other way: read PNG, or any picture, to a float stream
+    #[arg(short, long, conflicts_with_all = ["display", "bits", "white_luminance", "dither"])]
+    pub reverse: bool,
 }
 clap_defaults!(RaPng);
 
 impl Filter for RaPng {
     const NAME: &'static str = "ra_png";
-    const ABOUT: &'static str = "Write linear RGB for a display as PNG with the sRGB curve, colour space tagged";
-    const EXAMPLE: &'static str = "pcond < scene.lux | xyz2rgb --gamut desaturate | ra_png > scene.png";
+    const ABOUT: &'static str =
+        "Write linear RGB for a display as PNG, its curve and colours tagged; -r reads one to a float stream";
+    const EXAMPLE: &'static str =
+        "pcond < scene.lux | xyz2rgb --gamut desaturate | ra_png > scene.png\nra_png -r scene.png | picinfo";
     const FORMATS: bool = false;
 
     fn start(self, input: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
         let input = input.ok_or_else(|| Error::Usage("expected a picture".into()))?;
+        if self.reverse {
+            return Ok(Product::Picture(input));
+        }
         let header = input.header();
         if header.components != Components::Rgb {
             return crate::invalid!("expected RGB, the picture is {}; run xyz2rgb first", header.components);
@@ -59,8 +70,13 @@ impl Filter for RaPng {
                 return crate::invalid!("the picture is in cd/m2; run pcond first, or give --white-luminance");
             }
         };
-        let coding = png::Coding { factor, bits, transfer, range_cd_m2 };
+        let coding = png::Coding { factor, bits, transfer, range_cd_m2, dither: self.dither };
         let notes = run.notes.clone();
+        // What the file's text says: the display, or the luminance that became white.
+        let shown = self.display.as_ref().map(Display::range).or(self.white_luminance.map(|l| [0.0, l]));
+        let mut header = header.clone();
+        header.display = shown.or(header.display);
+        let input = picture::map(input, header, |_| {});
         let picture = upright(input, &run.options.limits())?;
         let total = header_pixels(&*picture);
         let write = Box::new(move |out: &mut crate::stream::output::Output| {
@@ -69,6 +85,12 @@ impl Filter for RaPng {
                 notes.add(format!(
                     "{} of {total} pixels had components outside 0 to 1 ({:.3} to {:.3}) and were clipped; xyz2rgb --gamut desaturate keeps their hue",
                     clipped.pixels, clipped.range.0, clipped.range.1
+                ));
+            }
+            if clipped.beyond_hlg > 0 {
+                notes.add(format!(
+                    "{} of {total} pixels are of colours brighter than HLG has at this white, and were clipped",
+                    clipped.beyond_hlg
                 ));
             }
             Ok(())

@@ -102,6 +102,19 @@ impl Input {
         Ok(Input { name, bytes, seekable: kind.is_file() })
     }
 
+    /// Where it stands, for a regular file, so that it can be read again from there.
+    pub fn mark(&mut self) -> Result<Option<u64>> {
+        if !self.seekable {
+            return Ok(None);
+        }
+        self.bytes.position().map(Some).map_err(|e| Error::io(self.name.clone(), e))
+    }
+
+    /// Back to a mark.
+    pub fn back_to(&mut self, mark: u64) -> Result<()> {
+        self.bytes.seek_to(mark).map_err(|e| Error::io(self.name.clone(), e))
+    }
+
     /// Up to `count` bytes that come next; they stay to be read.
     pub fn peek(&mut self, count: usize) -> Result<Vec<u8>> {
         let mut first = Vec::new();
