@@ -18,6 +18,7 @@ pub mod strips;
 
 use std::f64::consts::LN_2;
 
+use crate::color::matrix::{LANES, split};
 use crate::simd;
 use crate::stream::rle::Planes;
 use cells::Cells;
@@ -173,49 +174,15 @@ fn over_y(u: f64, v: f64) -> (f64, f64) {
     (9.0 * u * inverse, (12.0 - 3.0 * u - 20.0 * v) * inverse)
 }
 
-/// Pixels handled together.
-const LANES: usize = 8;
-/// Closer to a whole number than this, a code is found one by one: the logarithm of many is good to 1e-8.
-const NEAR: f64 = 1e-6;
-/// A float this large has no fraction: adding it rounds.
-const ROUND: f64 = 6_755_399_441_055_744.0;
-
-/// log2 Y, u' and v' of pixels side by side.
-struct Front {
-    log2_y: [f64; LANES],
-    u: [f64; LANES],
-    v: [f64; LANES],
-}
-
-/// `xyz` must be finite, `y` above 0.
-#[inline(always)]
-fn front(x: &[f32; LANES], y: &[f32; LANES], z: &[f32; LANES]) -> Front {
-    let mut f = Front { log2_y: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES] };
-    for i in 0..LANES {
-        let (x, y, z) = (f64::from(x[i]), f64::from(y[i]), f64::from(z[i]));
-        let sum = x + 15.0 * y + 3.0 * z;
-        f.u[i] = 4.0 * x / sum;
-        f.v[i] = 9.0 * y / sum;
-    }
-    for i in 0..LANES {
-        // y = 2^e m, m from sqrt(1/2) to sqrt(2); log2 m = 2 / ln 2 atanh((m - 1) / (m + 1)).
-        let bits = y[i].to_bits();
-        let upper = (bits & 0x007f_ffff) > 0x0035_04f3;
-        let m = f32::from_bits((bits & 0x007f_ffff) | if upper { 0x3f00_0000 } else { 0x3f80_0000 });
-        let e = (bits >> 23) as i32 - 127 + i32::from(upper);
-        let m = f64::from(m);
-        let t = (m - 1.0) / (m + 1.0);
-        let t2 = t * t;
-        let series = 1.0 + t2 * (1.0 / 3.0 + t2 * (0.2 + t2 * (1.0 / 7.0 + t2 * (1.0 / 9.0 + t2 * (1.0 / 11.0)))));
-        f.log2_y[i] = f64::from(e) + (2.0 / LN_2) * t * series;
-    }
-    f
-}
+/// Closer to a whole number than this, a code is found by itself in double precision: what many have in single precision is
+/// good to 7e-5 (five roundings of numbers up to 256).
+const NEAR: f32 = 2e-4;
+/// A float this large has no fraction: adding it rounds, and its last bits then count.
+const ROUND: f32 = 12_582_912.0;
 
 /// Signs gathered from many pixels: a comparison is a difference of bits, whose sign says how it went, since positive floats
 /// compare as their bits do. One test at the end then serves all.
-#[derive(Clone, Copy)]
-struct Signs([i64; LANES]);
+struct Signs([i32; LANES]);
 
 impl Signs {
     /// True where a difference was negative.
@@ -223,22 +190,57 @@ impl Signs {
     fn any(&self) -> bool {
         self.0.iter().fold(0, |all, sign| all | sign) < 0
     }
+
+    /// A sign for each number that comes close to a whole one.
+    #[inline(always)]
+    fn near_whole(&mut self, x: &[f32; LANES]) {
+        for i in 0..LANES {
+            let distance = (x[i] - ((x[i] + ROUND) - ROUND)).abs();
+            self.0[i] |= distance.to_bits() as i32 - NEAR.to_bits() as i32;
+        }
+    }
+
+    /// A sign for each number that is not from 0 to under 256.
+    #[inline(always)]
+    fn outside_byte(&mut self, x: &[f32; LANES]) {
+        for i in 0..LANES {
+            let bits = x[i].to_bits() as i32;
+            self.0[i] |= bits | (256f32.to_bits() as i32 - 1).wrapping_sub(bits);
+        }
+    }
 }
 
-/// The whole parts of numbers; a sign for each that is not from `start` to under `end` or comes close to a whole number.
+/// The largest whole number under each, where none is whole.
 #[inline(always)]
-fn whole(x: &[f64; LANES], start: f64, end: f64, signs: &mut Signs) -> [u32; LANES] {
+fn floor(x: &[f32; LANES]) -> [i32; LANES] {
     let mut parts = [0; LANES];
     for i in 0..LANES {
-        parts[i] = (x[i] - 0.5 + ROUND).to_bits() as u32;
-        let bits = x[i].to_bits() as i64;
-        let distance = (x[i] - ((x[i] + ROUND) - ROUND)).abs().to_bits() as i64;
-        signs.0[i] |= bits
-            | bits.wrapping_sub(start.to_bits() as i64)
-            | (end.to_bits() as i64 - 1).wrapping_sub(bits)
-            | distance.wrapping_sub(NEAR.to_bits() as i64);
+        parts[i] = (x[i] - 0.5 + ROUND).to_bits() as i32 - ROUND.to_bits() as i32;
     }
     parts
+}
+
+/// `steps` codes an octave: the whole part of steps x log2 y, and the fraction that may still change it.
+#[inline(always)]
+fn log_codes(y: &[f32; LANES], steps: f32, signs: &mut Signs) -> [i32; LANES] {
+    let (mut octaves, mut part) = ([0i32; LANES], [0f32; LANES]);
+    for i in 0..LANES {
+        // y = 2^e m, m from sqrt(1/2) to sqrt(2); log2 m = 2 / ln 2 atanh((m - 1) / (m + 1)).
+        let bits = y[i].to_bits();
+        let upper = (bits & 0x007f_ffff) > 0x0035_04f3;
+        let m = f32::from_bits((bits & 0x007f_ffff) | if upper { 0x3f00_0000 } else { 0x3f80_0000 });
+        octaves[i] = (bits >> 23) as i32 - 127 + i32::from(upper);
+        let t = (m - 1.0) / (m + 1.0);
+        let t2 = t * t;
+        let series = 1.0 + t2 * (1.0 / 3.0 + t2 * (0.2 + t2 * (1.0 / 7.0 + t2 * (1.0 / 9.0))));
+        part[i] = steps * (2.0 / LN_2) as f32 * t * series;
+    }
+    signs.near_whole(&part);
+    let mut codes = floor(&part);
+    for i in 0..LANES {
+        codes[i] += octaves[i] * steps as i32;
+    }
+    codes
 }
 
 /// Encodes triples, each times `factor`, to the four byte planes of 32-bit words.
@@ -271,71 +273,61 @@ fn some_32(triples: &[f32], factor: f32, planes: &mut Planes, at: usize, losses:
     }
 }
 
-/// The planes of a group; `None` where a pixel must be looked at by itself: negative, too bright, too dark to be black by
-/// itself, outside the square of chromaticities, or at the edge of a code.
+/// The planes of a group; `None` where a pixel must be looked at by itself: negative, too bright, too dark without being
+/// black, outside the square of chromaticities, or at the edge of a code.
 #[inline(always)]
 fn group_32(group: &[f32; 3 * LANES], factor: f32) -> Option<[[u8; LANES]; 4]> {
-    let (mut xyz, black) = plain(group, factor, BLACK_32 as f32, TOP_32 as f32)?;
-    neutralise(&mut xyz, &black);
-    let f = front(&xyz[0], &xyz[1], &xyz[2]);
-    let (mut l, mut u, mut v) = ([0f64; LANES], [0f64; LANES], [0f64; LANES]);
-    for i in 0..LANES {
-        l[i] = 256.0 * (f.log2_y[i] + 64.0);
-        u[i] = UV_SCALE * f.u[i];
-        v[i] = UV_SCALE * f.v[i];
-    }
     let mut signs = Signs([0; LANES]);
-    let le = whole(&l, 1.0, 32768.0, &mut signs);
-    let (ue, ve) = (whole(&u, 0.0, 256.0, &mut signs), whole(&v, 0.0, 256.0, &mut signs));
+    let ([x, y, z], black) = plain(group, factor, [1.1e-19, TOP_32 as f32], &mut signs);
+    let (mut u, mut v) = ([0f32; LANES], [0f32; LANES]);
+    for i in 0..LANES {
+        let scale = UV_SCALE as f32 / (x[i] + 15.0 * y[i] + 3.0 * z[i]);
+        u[i] = 4.0 * x[i] * scale;
+        v[i] = 9.0 * y[i] * scale;
+    }
+    let l = log_codes(&y, 256.0, &mut signs);
+    signs.near_whole(&u);
+    signs.near_whole(&v);
+    signs.outside_byte(&u);
+    signs.outside_byte(&v);
     if signs.any() {
         return None;
     }
+    let (u, v) = (floor(&u), floor(&v));
     let mut planes = [[0u8; LANES]; 4];
     for i in 0..LANES {
-        let le = if black[i] { 0 } else { le[i] };
-        planes[0][i] = (le >> 8) as u8;
-        planes[1][i] = le as u8;
-        planes[2][i] = ue[i] as u8;
-        planes[3][i] = ve[i] as u8;
+        let l = if black[i] { 0 } else { l[i] + 256 * 64 };
+        planes[0][i] = (l >> 8) as u8;
+        planes[1][i] = l as u8;
+        planes[2][i] = u[i] as u8;
+        planes[3][i] = v[i] as u8;
     }
     Some(planes)
 }
 
-/// Planes of XYZ times `factor`, and which of them are exactly black; `None` unless every other Y lies above `black` and
-/// under `top` and all is finite.
+/// Planes of XYZ times `factor`, and which of them are exactly black: these become equal-energy white, whose chromaticity
+/// black has. A sign for each whose Y is not within `range` or that is not finite.
 #[inline(always)]
-#[allow(clippy::type_complexity)]
-fn plain(group: &[f32; 3 * LANES], factor: f32, black: f32, top: f32) -> Option<([[f32; LANES]; 3], [bool; LANES])> {
-    let (mut xyz, mut dark, mut signs) = ([[0f32; LANES]; 3], [false; LANES], [0i32; LANES]);
-    for i in 0..LANES {
-        for c in 0..3 {
-            xyz[c][i] = group[3 * i + c] * factor;
-        }
-    }
+fn plain(
+    group: &[f32; 3 * LANES],
+    factor: f32,
+    range: [f32; 2],
+    signs: &mut Signs,
+) -> ([[f32; LANES]; 3], [bool; LANES]) {
     const INFINITY: i32 = f32::INFINITY.to_bits() as i32;
+    let [bottom, top] = range.map(|y| y.to_bits() as i32);
+    let (mut xyz, mut black) = (split(group), [false; LANES]);
     for i in 0..LANES {
-        let y = xyz[1][i].to_bits() as i32;
-        dark[i] = y == 0;
-        let y = if y == 0 { 1f32.to_bits() as i32 } else { y };
-        let [x, z] = [xyz[0][i], xyz[2][i]].map(|x| x.to_bits() as i32 & i32::MAX);
-        // As in `Signs`.
-        signs[i] = y
-            | y.wrapping_sub(black.to_bits() as i32 + 1)
-            | (top.to_bits() as i32 - 1).wrapping_sub(y)
-            | (INFINITY - 1).wrapping_sub(x)
-            | (INFINITY - 1).wrapping_sub(z);
-    }
-    (signs.iter().fold(0, |all, sign| all | sign) >= 0).then_some((xyz, dark))
-}
-
-/// Gives black pixels the neutral chromaticity.
-#[inline(always)]
-fn neutralise(xyz: &mut [[f32; LANES]; 3], black: &[bool; LANES]) {
-    for plane in xyz {
-        for i in 0..LANES {
-            plane[i] = if black[i] { 1.0 } else { plane[i] };
+        let y = xyz[1][i] * factor;
+        black[i] = y.to_bits() == 0;
+        for plane in &mut xyz {
+            plane[i] = if black[i] { 1.0 } else { plane[i] * factor };
         }
+        let y = xyz[1][i].to_bits() as i32;
+        let (x, z) = (xyz[0][i].to_bits() as i32 & i32::MAX, xyz[2][i].to_bits() as i32 & i32::MAX);
+        signs.0[i] |= y | y.wrapping_sub(bottom) | (top - 1).wrapping_sub(y) | (INFINITY - 1 - x) | (INFINITY - 1 - z);
     }
+    (xyz, black)
 }
 
 /// Encodes triples, each times `factor`, to 24-bit words, appended with the most significant byte first.
@@ -367,22 +359,17 @@ fn some_24(triples: &[f32], factor: f32, cells: &Cells, out: &mut Vec<u8>, losse
 /// The words of a group; `None` where a pixel must be looked at by itself.
 #[inline(always)]
 fn group_24(group: &[f32; 3 * LANES], factor: f32, cells: &Cells) -> Option<[u32; LANES]> {
-    let (mut xyz, black) = plain(group, factor, BLACK_24 as f32, TOP_24 as f32)?;
-    neutralise(&mut xyz, &black);
-    let f = front(&xyz[0], &xyz[1], &xyz[2]);
-    let mut l = [0f64; LANES];
-    for i in 0..LANES {
-        l[i] = 64.0 * (f.log2_y[i] + 12.0);
-    }
     let mut signs = Signs([0; LANES]);
-    let le = whole(&l, 1.0, 1024.0, &mut signs);
+    let ([x, y, z], black) = plain(group, factor, [5e-4, TOP_24 as f32], &mut signs);
+    let l = log_codes(&y, 64.0, &mut signs);
     if signs.any() {
         return None;
     }
     let mut words = [0u32; LANES];
     for i in 0..LANES {
-        let code = if black[i] { cells.neutral() } else { cells.inside(f.u[i], f.v[i])? };
-        words[i] = if black[i] { 0 } else { le[i] } << 14 | code;
+        let (u, v) = chromaticity([x[i], y[i], z[i]])?;
+        let code = if black[i] { cells.neutral() } else { cells.inside(u, v)? };
+        words[i] = if black[i] { 0 } else { (l[i] + 64 * 12) as u32 } << 14 | code;
     }
     Some(words)
 }
