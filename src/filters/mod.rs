@@ -4,6 +4,7 @@ mod pcompare;
 mod pcond;
 mod pdisplay;
 mod picinfo;
+mod ra_exr;
 mod ra_pfm;
 mod ra_png;
 mod ra_rgbe;
@@ -17,6 +18,7 @@ pub use pcompare::Pcompare;
 pub use pcond::Pcond;
 pub use pdisplay::Pdisplay;
 pub use picinfo::Picinfo;
+pub use ra_exr::RaExr;
 pub use ra_pfm::RaPfm;
 pub use ra_png::RaPng;
 pub use ra_rgbe::RaRgbe;
@@ -55,6 +57,7 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<RaPng>::NEW,
     &Entry::<RaRgbe>::NEW,
     &Entry::<RaPfm>::NEW,
+    &Entry::<RaExr>::NEW,
     &Entry::<Picinfo>::NEW,
     &Entry::<Specmat>::NEW,
     &Entry::<Pcompare>::NEW,
