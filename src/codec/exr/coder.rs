@@ -14,6 +14,8 @@ use crate::{Error, Result, invalid};
 
 /// No block may be larger, packed or not.
 const LARGEST_BLOCK: usize = 1 << 30;
+/// Of DWA, whose bytes may stand for so much and whose unpacking takes so many times the room.
+const LARGEST_DWA: usize = 1 << 27;
 
 /// A rectangle of a block: columns, rows, and its first row counted from the window's top.
 #[derive(Clone, Copy, Debug)]
@@ -82,7 +84,8 @@ impl Coder {
     pub fn bytes(&self, area: Area) -> Option<usize> {
         let pixel: usize = self.channels.iter().map(|c| c.sample.bytes()).sum();
         let bound = pixel.checked_mul(area.width)?.checked_mul(area.height)?;
-        if bound > LARGEST_BLOCK {
+        let dwa = matches!(self.compression, Compression::DWAA(_) | Compression::DWAB(_));
+        if bound > if dwa { LARGEST_DWA } else { LARGEST_BLOCK } {
             return None;
         }
         if !self.subsampled {
@@ -98,7 +101,7 @@ impl Coder {
         let (most, floor) = match self.compression {
             Uncompressed => (1, 0),
             RLE => (64, 0),
-            DWAA(_) | DWAB(_) => (1 << 17, 0),
+            DWAA(_) | DWAB(_) => (1 << 16, 0),
             _ => (2048, 1 << 12),
         };
         match self.bytes(area) {

@@ -67,7 +67,7 @@ pub(super) fn open(input: Input, reading: &Reading) -> Result<Box<dyn Picture>> 
     if header.scanline_floats() > LONGEST_SCANLINE {
         return invalid!("a row of {} x {} floats is too long", head.window.width, header.ncomp);
     }
-    let mut reader = Reader { source, header, head, coder, plan, factors, row: 0, ahead: None };
+    let reader = Reader { source, header, head, coder, plan, factors, row: 0, ahead: None };
     let (rows, across) = reader.unit();
     let entries = (reader.head.window.height.div_ceil(rows) as u64).saturating_mul(across as u64);
     if entries.saturating_mul(8) > reader.source.len() - reader.head.table {

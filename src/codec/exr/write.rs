@@ -28,7 +28,7 @@ const HALF_MOST: f32 = 65504.0;
 /// Below this a half has fewer than 11 bits.
 const HALF_NORMAL: f32 = 6.103_515_6e-5;
 /// In half, what is beyond this once was an infinity, or no light.
-const HALF_ENDLESS: f32 = 1e36;
+const HALF_ENDLESS: f32 = 1e30;
 /// Rows or columns beyond which a file would not be read again.
 const LONGEST_SIDE: usize = 1 << 29;
 
@@ -367,7 +367,7 @@ fn report(mut losses: Losses, replaced: Option<Replaced>, half: bool, header: &H
     }
     if infinite > 0 {
         let most = if half { "65504 as stored" } else { "the largest number" };
-        parts.push(format!("{infinite} had a component infinite or beyond 1e36 set to {most}"));
+        parts.push(format!("{infinite} had a component infinite or beyond 1e30 set to {most}"));
     }
     if faint > 0 {
         parts.push(format!("{faint} had a component under 6.1e-5 as stored, where half has fewer than 11 bits"));
