@@ -28,6 +28,11 @@ fn read(exr: &[u8]) -> Vec<u8> {
     stdout_of("ra_exr", &["-r"], exr)
 }
 
+/// A resolution line without its padding.
+fn size_of(stream: &[u8]) -> String {
+    split(stream).1.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// What stands on standard error.
 fn notes(options: &[&str], input: &[u8]) -> String {
     let output = run("ra_exr", options, input);
@@ -64,8 +69,9 @@ fn attribute(exr: &[u8], name: &str, kind: &str) -> Option<Vec<u8>> {
 fn floats_come_back_bit_for_bit_with_every_line() {
     let input = stream(RGB, "-Y 17 +X 33", &ramp(3 * 17 * 33));
     let back = read(&written(&["--float"], &input));
-    let ((lines, size, pixels), want) = (split(&back), split(&input));
-    assert_eq!((size.as_str(), pixels), ("-Y 17 +X 33", want.2));
+    let ((lines, _, pixels), want) = (split(&back), split(&input));
+    assert_eq!(size_of(&back), "-Y 17 +X 33");
+    assert!(pixels == want.2);
     for l in RGB.lines().filter(|l| !l.starts_with("NCOMP")) {
         assert!(lines.iter().any(|k| k == l), "{l} not in {lines:?}");
     }
@@ -84,7 +90,7 @@ fn floats_come_back_bit_for_bit_with_every_line() {
         let exr = written(&options, &input);
         let back = read(&exr);
         let ((lines, _, pixels), want) = (split(&back), split(&input));
-        assert_eq!(pixels, want.2, "{head}");
+        assert!(pixels == want.2, "{head}");
         for l in head.lines() {
             assert!(lines.iter().any(|k| k == l), "{l} not in {lines:?}");
         }
@@ -198,7 +204,7 @@ fn compressions_and_sizes_make_no_difference() {
         for depth in ["--half", "--float"] {
             let of = |how: &str| read(&written(&[depth, "--compression", how], &input));
             let (none, zip, piz) = (of("none"), of("zip"), of("piz"));
-            assert_eq!(split(&none).1, size);
+            assert_eq!(size_of(&none), size);
             assert!(split(&none).2 == split(&zip).2 && split(&none).2 == split(&piz).2, "{width} x {height} {depth}");
         }
         let one = written(&["--threads", "1"], &input);
@@ -221,7 +227,7 @@ fn spectra_stay_spectra() {
         let exr = written(&[], &input);
         let back = read(&exr);
         let (lines, _, pixels) = split(&back);
-        assert_eq!(pixels, split(&input).2, "{head}");
+        assert!(pixels == split(&input).2, "{head}");
         for l in head.lines() {
             assert!(lines.iter().any(|k| k == l), "{l} not in {lines:?}");
         }
@@ -277,9 +283,9 @@ fn files_of_other_programs_are_read() {
         let one = stdout_of("ra_exr", &["-r", &path], b"");
         let many = stdout_of("ra_exr", &["-r", "--threads", "3", "-"], &fs::read(&path).unwrap());
         assert!(one == many, "{name}: threads and pipes");
-        let (lines, size, _) = split(&one);
+        let (lines, _, _) = split(&one);
         let width = if name.starts_with("chroma") { 18 } else { 17 };
-        assert_eq!(size, format!("-Y 40 +X {width}"));
+        assert_eq!(size_of(&one), format!("-Y 40 +X {width}"));
         let scale = if *name == "half_zip" { 100.0 } else { 1.0 };
         let tolerance = if name.starts_with("chroma") { 3e-3 } else { 1e-6 };
         let got = values(&one);
@@ -345,7 +351,7 @@ fn whole_files() -> Vec<(String, Vec<u8>)> {
         .map(|p| (p.file_stem().unwrap().to_string_lossy().into_owned(), fs::read(p).unwrap()))
         .collect();
     list.sort();
-    let input = stream(RGB, "-Y 40 +X 5", &ramp(600));
+    let input = stream(&RGB[RGB.find("NCOMP").unwrap()..], "-Y 40 +X 3", &ramp(360));
     for options in [["--half", "zip"], ["--float", "piz"], ["--half", "none"]] {
         let exr = written(&[options[0], "--compression", options[1]], &input);
         list.push((format!("ours {}", options[1]), exr));
@@ -361,7 +367,9 @@ fn a_file_cut_anywhere_is_refused() {
         // Of the largest sizes alone nothing is missed when smaller ones are cut, of the first part when others are.
         let (small, parts) = (name == "sizes", name == "parts");
         let mut refused = 0;
-        for end in 4..bytes.len() {
+        // Every byte of our own, every header, and steps through the pixels of others.
+        let all = name.starts_with("ours") && bytes.len() < 3000;
+        for end in (4..bytes.len()).filter(|n| all || *n < 500 || n % 61 == 0 || n + 3 > bytes.len()) {
             fs::write(&path, &bytes[..end]).unwrap();
             match consumed(&path) {
                 Ok(()) if small || parts => {}
@@ -372,7 +380,7 @@ fn a_file_cut_anywhere_is_refused() {
                 }
             }
         }
-        assert!(refused > bytes.len() / 3, "{name}");
+        assert!(refused > 300, "{name}");
         if name == "ours none" {
             fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
             assert!(consumed(&path).unwrap_err().contains("picture ends at row 40 of 40"));

@@ -159,7 +159,10 @@ for name, every, code in [
     header["compression"] = Imath.Compression(code)
     header["channels"] = {k: Imath.Channel(Imath.PixelType(t), n, n) for k, (t, n, _) in kinds.items()}
     out = OpenEXR.OutputFile(os.path.join(folder, name + ".exr"), header)
-    out.writePixels({k: np.ascontiguousarray(p).tobytes() for k, (_, _, p) in kinds.items()})
+    # Two rows at a time, since the module takes rows of samples to lie as far apart as rows of Y.
+    for j in range(0, H, 2):
+        band = {k: p[j // n : (j + 2) // n] for k, (_, n, p) in kinds.items()}
+        out.writePixels({k: np.ascontiguousarray(p).tobytes() for k, p in band.items()}, 2)
     out.close()
     ry, by = (RY, BY) if every == 1 else (held_rows(held(RY)), held_rows(held(BY)))
     record(name, to_rgb(luminance.astype(np.float64), ry.astype(np.float64), by.astype(np.float64)))
