@@ -15,7 +15,8 @@ use luxpipe::stream::reader::Input;
 use luxpipe::stream::spool::Limits;
 
 const XYZ: &str = "NCOMP=3\nCOMPONENTS=XYZ\nUNITS=cd/m2\nWHITE= 0.4476 0.4074\nPRIMARIES= 1 0 0 1 0 0 .333 .333";
-const RGB: &str = "rpict -vp 0 0 0\nVIEW= -vtv -vh 40 -vv 30\nNCOMP=3\nCOMPONENTS=RGB\nUNITS=cd/m2\nWHITE= 0.31270001 0.329\n\
+const RGB: &str = "rpict -vp 0 0 0\nVIEW= -vtv -vh 40 -vv 30\nNCOMP=3\nCOMPONENTS=RGB\nUNITS=cd/m2\n\
+                   WHITE= 0.31270001 0.329\n\
                    ADAPTED= 0.4476 0.4074 0.3127 0.329 cmccat2000 1\n\
                    PRIMARIES= 0.708 0.292 0.17 0.797 0.131 0.046 0.3127 0.329";
 
@@ -271,7 +272,8 @@ fn spectra_stay_spectra() {
 #[test]
 fn files_of_other_programs_are_read() {
     let text = fs::read_to_string(root().join("tests/ref/exr_values.csv")).unwrap();
-    let mut files: BTreeMap<&str, Vec<(usize, usize, [f32; 3])>> = BTreeMap::new();
+    type Pixels = Vec<(usize, usize, [f32; 3])>;
+    let mut files: BTreeMap<&str, Pixels> = BTreeMap::new();
     for row in text.lines().filter(|l| !l.starts_with('#')) {
         let f: Vec<&str> = row.split(',').collect();
         let n = |i: usize| f[i].parse::<f32>().unwrap();
@@ -464,7 +466,8 @@ fn pipelines_save_it() {
     let folder = tempfile::tempdir().unwrap();
     let (pipeline, save) = (folder.path().join("p.toml"), folder.path().join("x.exr"));
     let text = format!(
-        "[[stage]]\nrun = \"vonkries\"\ninput = \"{}\"\nto = \"D65\"\nfrom = \"A\"\nsave = \"{}\"\n[[stage]]\nrun = \"picinfo\"\n",
+        "[[stage]]\nrun = \"vonkries\"\ninput = \"{}\"\nto = \"D65\"\nfrom = \"A\"\n\
+         save = \"{}\"\n[[stage]]\nrun = \"picinfo\"\n",
         data_path("small_xyz.lux"),
         save.display()
     );

@@ -1,7 +1,7 @@
 //! Luminance and chroma: RY = (R - Y) / Y and BY = (B - Y) / Y beside Y, the two often for every second column and row.
 //!
-//! What lies between samples is taken linearly; beyond the last sample it is repeated. OpenEXR's own reader filters over 27
-//! samples, so edges in colour, not in luminance, differ slightly from its.
+//! What lies between samples is taken linearly; beyond the last sample it is repeated. OpenEXR's own reader filters
+//! over 27 samples, so edges in colour, not in luminance, differ slightly from its.
 
 use crate::color::Primaries;
 use crate::{Error, Result};
@@ -26,8 +26,8 @@ impl Chroma {
     }
 }
 
-/// Turns rows of Y, RY, BY, of which the first has samples of all three, into RGB. `after` holds the rows that follow, or
-/// none at the end.
+/// Turns rows of Y, RY, BY, of which the first has samples of all three, into RGB. `after` holds the rows that follow,
+/// or none at the end.
 pub(super) fn to_rgb(chroma: &Chroma, width: usize, rows: &mut [f32], after: &[f32]) {
     let [across, down] = chroma.every;
     let row = 3 * width;

@@ -1,5 +1,5 @@
-//! What stands before the pixels: a version, attributes by name, one list a part. Read with every size checked, since what
-//! follows is allocated by them; written in alphabetical order, so that equal work gives equal bytes.
+//! What stands before the pixels: a version, attributes by name, one list a part. Read with every size checked, since
+//! what follows is allocated by them; written in alphabetical order, so that equal work gives equal bytes.
 
 use ::exr::compression::Compression;
 

@@ -86,8 +86,8 @@ pub(super) struct Found {
     pub channels: Vec<usize>,
 }
 
-/// Looks for spectral radiance among the channels' names. `stated` gives the exact sampling that a text of ours keeps, if
-/// it has one for so many wavelengths.
+/// Looks for spectral radiance among the channels' names. `stated` gives the exact sampling that a text of ours keeps,
+/// if it has one for so many wavelengths.
 pub(super) fn find<'a>(
     names: impl Iterator<Item = &'a str>,
     stated: impl FnOnce(usize) -> Option<Sampling>,

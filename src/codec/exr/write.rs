@@ -164,8 +164,8 @@ fn scale_for_half(picture: Box<dyn Picture>, limits: &Limits, notes: &Notes) -> 
         divisor *= 2.0;
     }
     notes.add(format!(
-        "the largest value, {most} cd/m2, is beyond the largest half, {HALF_MOST}: values are divided by {divisor}, and \
-         whiteLuminance={divisor} says so; --float needs no scale"
+        "the largest value, {most} cd/m2, is beyond the largest half, {HALF_MOST}: values are divided by {divisor}, \
+         and whiteLuminance={divisor} says so; --float needs no scale"
     ));
     Ok((picture, divisor))
 }
