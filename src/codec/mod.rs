@@ -1,6 +1,7 @@
 //! File formats other than the stream's own. One format, one file, whose head is its manual page; a new one is named in
 //! [`FORMATS`], and every filter reads it.
 
+pub mod exr;
 pub mod logluv;
 pub mod noise;
 pub mod pfm;
@@ -40,7 +41,7 @@ pub struct Reading<'a> {
 pub const MAGIC: usize = 8;
 
 /// Every format beside the stream's own (floats, RGBE, XYZE, hyperspectral Radiance), which is what remains.
-pub static FORMATS: &[Format] = &[tiff::FORMAT, pfm::FORMAT, png::FORMAT];
+pub static FORMATS: &[Format] = &[tiff::FORMAT, exr::FORMAT, pfm::FORMAT, png::FORMAT];
 
 /// Opens any picture that the filters read.
 pub fn open(mut input: Input, reading: &Reading) -> Result<Box<dyn Picture>> {

@@ -4,6 +4,7 @@ mod pcompare;
 mod pcond;
 mod pdisplay;
 mod picinfo;
+mod ra_exr;
 mod ra_loglv;
 mod ra_pfm;
 mod ra_pixlog;
@@ -19,6 +20,7 @@ pub use pcompare::Pcompare;
 pub use pcond::Pcond;
 pub use pdisplay::Pdisplay;
 pub use picinfo::Picinfo;
+pub use ra_exr::RaExr;
 pub use ra_loglv::RaLoglv;
 pub use ra_pfm::RaPfm;
 pub use ra_pixlog::RaPixlog;
@@ -79,6 +81,7 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<RaLoglv>::NEW,
     &Entry::<RaPixlog>::NEW,
     &Entry::<RaPfm>::NEW,
+    &Entry::<RaExr>::NEW,
     &Entry::<Picinfo>::NEW,
     &Entry::<Specmat>::NEW,
     &Entry::<Pcompare>::NEW,

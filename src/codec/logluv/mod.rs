@@ -316,13 +316,18 @@ fn plain(
 ) -> ([[f32; LANES]; 3], [bool; LANES]) {
     const INFINITY: i32 = f32::INFINITY.to_bits() as i32;
     let [bottom, top] = range.map(|y| y.to_bits() as i32);
-    let (mut xyz, mut black) = (split(group), [false; LANES]);
+    let (values, mut xyz, mut black) = (split(group), [[0f32; LANES]; 3], [false; LANES]);
     for i in 0..LANES {
-        let y = xyz[1][i] * factor;
-        black[i] = y.to_bits() == 0;
-        for plane in &mut xyz {
-            plane[i] = if black[i] { 1.0 } else { plane[i] * factor };
+        black[i] = (values[1][i] * factor).to_bits() == 0;
+    }
+    for (plane, value) in xyz.iter_mut().zip(&values) {
+        for i in 0..LANES {
+            // By bits: a choice between floats becomes a masked store, which is slow.
+            let keep = u32::from(black[i]).wrapping_sub(1);
+            plane[i] = f32::from_bits((value[i] * factor).to_bits() & keep | 1f32.to_bits() & !keep);
         }
+    }
+    for i in 0..LANES {
         let y = xyz[1][i].to_bits() as i32;
         let (x, z) = (xyz[0][i].to_bits() as i32 & i32::MAX, xyz[2][i].to_bits() as i32 & i32::MAX);
         signs.0[i] |= y | y.wrapping_sub(bottom) | (top - 1).wrapping_sub(y) | (INFINITY - 1 - x) | (INFINITY - 1 - z);
