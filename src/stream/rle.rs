@@ -243,11 +243,18 @@ impl Runs {
 
 /// Bytes looked at together in search of a run.
 const WINDOW: usize = 64;
+/// Bytes after the first that a run needs.
+const REACH: usize = SHORTEST_RUN - 1;
 
 /// Where the next [`SHORTEST_RUN`] equal bytes begin, from `at` on; the plane's length where there are none.
 #[inline(always)]
 pub fn next_run(plane: &[u8], mut at: usize) -> usize {
-    const REACH: usize = SHORTEST_RUN - 1;
+    // The next run is often near: eight bytes first.
+    match run_in_eight(plane, at) {
+        Some(Some(found)) => return found,
+        Some(None) => at += 8,
+        None => {}
+    }
     while let Some(window) = plane[at..].first_chunk::<{ WINDOW + REACH }>() {
         let mut equal = [0u8; WINDOW];
         for (i, e) in equal.iter_mut().enumerate() {
@@ -256,12 +263,32 @@ pub fn next_run(plane: &[u8], mut at: usize) -> usize {
         }
         // A minimum of all is found a register at a time; the first zero only where there is one.
         if equal.iter().fold(255, |least: u8, e| least.min(*e)) == 0 {
-            return at + equal.iter().position(|e| *e == 0).unwrap_or(0);
+            let eights = equal.as_chunks::<8>().0.iter().map(|eight| first_zero(u64::from_le_bytes(*eight)));
+            let found = eights.enumerate().find_map(|(i, zero)| zero.map(|z| 8 * i + z));
+            return at + found.unwrap_or(0);
         }
         at += WINDOW;
     }
     let rest = &plane[at..];
     rest.windows(SHORTEST_RUN).position(|w| w.iter().all(|b| *b == w[0])).map_or(plane.len(), |i| at + i)
+}
+
+/// Where a run begins among eight bytes, if one does; nothing known near the plane's end.
+#[inline(always)]
+fn run_in_eight(plane: &[u8], at: usize) -> Option<Option<usize>> {
+    let bytes = plane[at..].first_chunk::<{ 8 + REACH }>()?;
+    let eight = |i: usize| bytes[i..].first_chunk().map_or(0, |eight| u64::from_le_bytes(*eight));
+    let [a, b, c, d] = [eight(0), eight(1), eight(2), eight(3)];
+    Some(first_zero((a ^ b) | (b ^ c) | (c ^ d)).map(|i| at + i))
+}
+
+/// Index of the lowest byte that is 0.
+#[inline(always)]
+fn first_zero(eight: u64) -> Option<usize> {
+    const LOW: u64 = 0x0101_0101_0101_0101;
+    // A borrow reaches past a byte only from a 0 below it, so the lowest mark is right.
+    let marks = eight.wrapping_sub(LOW) & !eight & (LOW << 7);
+    (marks != 0).then(|| marks.trailing_zeros() as usize / 8)
 }
 
 /// Number of bytes equal to the first, at most `most`.

@@ -9,9 +9,9 @@ use super::NEUTRAL;
 /// Rows of cells: where each begins in u', and its cells (spectra/tables/README says whence).
 const TABLE: &str = include_str!("../../../spectra/tables/logluv24_cells.csv");
 /// Side of a cell. libtiff keeps these two and the rows' beginnings in single precision.
-const SIDE: f64 = 0.0035f32 as f64;
+pub(super) const SIDE: f64 = 0.0035f32 as f64;
 /// v' of the lowest row's lower edge.
-const V_START: f64 = 0.01694f32 as f64;
+pub(super) const V_START: f64 = 0.01694f32 as f64;
 /// Directions in which the edge is known.
 const DIRECTIONS: usize = 100;
 
@@ -26,7 +26,6 @@ struct Row {
 pub struct Cells {
     rows: Vec<Row>,
     edge: [u32; DIRECTIONS],
-    neutral: u32,
 }
 
 impl Cells {
@@ -41,17 +40,22 @@ impl Cells {
                 let u_start = f64::from(start.parse::<f32>().unwrap_or(0.0)); // the table is part of the source
                 rows.push(Row { u_start, cells: cells.parse().unwrap_or(0), first });
             }
-            let mut cells = Cells { rows, edge: [0; DIRECTIONS], neutral: 0 };
+            let mut cells = Cells { rows, edge: [0; DIRECTIONS] };
             cells.edge = cells.find_edge();
-            cells.neutral = cells.code(NEUTRAL.0, NEUTRAL.1, [0.0; 2]).0;
             cells
         })
     }
 
-    /// Code of the neutral cell.
+    /// The cell of u' in a row, by single precision; negative with it where u' lies outside the row or within `near` of a
+    /// cell's side, in cells.
     #[inline(always)]
-    pub fn neutral(&self) -> u32 {
-        self.neutral
+    pub(super) fn in_row(&self, row: u8, u: f32, near: f32) -> (u32, i32) {
+        let Some(row) = self.rows.get(usize::from(row)) else { return (0, -1) };
+        let at = (u - row.u_start as f32) * (1.0 / SIDE) as f32;
+        let cell = at as u32; // what is negative becomes 0, and is found by its sign
+        let part = at - cell as f32;
+        let inside = cell < row.cells && part >= near && part <= 1.0 - near;
+        (row.first + cell, i32::from(inside) - 1)
     }
 
     /// The cell that holds u', v'; `None` outside all.

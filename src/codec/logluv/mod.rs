@@ -176,7 +176,7 @@ fn over_y(u: f64, v: f64) -> (f64, f64) {
 
 /// Closer to a whole number than this, a code is found by itself in double precision: what many have in single precision is
 /// good to 7e-5 (five roundings of numbers up to 256).
-const NEAR: f32 = 2e-4;
+const NEAR: f32 = 1e-4;
 /// A float this large has no fraction: adding it rounds, and its last bits then count.
 const ROUND: f32 = 12_582_912.0;
 
@@ -251,11 +251,12 @@ pub fn encode_32(triples: &[f32], factor: f32, planes: &mut Planes, losses: &mut
         || {
             let mut at = 0;
             while let Some(group) = triples[3 * at..].first_chunk::<{ 3 * LANES }>() {
-                let done = group_32(group, factor);
-                if let Some(codes) = &done {
-                    planes.iter_mut().zip(codes).for_each(|(plane, code)| plane[at..at + LANES].copy_from_slice(code));
-                } else {
-                    some_32(group, factor, planes, at, losses);
+                let (codes, signs) = group_32(group, factor);
+                planes.iter_mut().zip(&codes).for_each(|(plane, code)| plane[at..at + LANES].copy_from_slice(code));
+                if signs.any() {
+                    for i in (0..LANES).filter(|i| signs.0[*i] < 0) {
+                        some_32(&group[3 * i..3 * i + 3], factor, planes, at + i, losses);
+                    }
                 }
                 at += LANES;
             }
@@ -265,7 +266,7 @@ pub fn encode_32(triples: &[f32], factor: f32, planes: &mut Planes, losses: &mut
 }
 
 /// Pixel by pixel.
-#[inline(never)]
+#[cold]
 fn some_32(triples: &[f32], factor: f32, planes: &mut Planes, at: usize, losses: &mut Losses) {
     for (i, c) in triples.chunks_exact(3).enumerate() {
         let word = word_32([c[0] * factor, c[1] * factor, c[2] * factor], [0.0; 3], losses);
@@ -273,10 +274,10 @@ fn some_32(triples: &[f32], factor: f32, planes: &mut Planes, at: usize, losses:
     }
 }
 
-/// The planes of a group; `None` where a pixel must be looked at by itself: negative, too bright, too dark without being
-/// black, outside the square of chromaticities, or at the edge of a code.
+/// The planes of a group, and a sign for each pixel that must be looked at by itself: negative, too bright, too dark without
+/// being black, outside the square of chromaticities, or at the edge of a code.
 #[inline(always)]
-fn group_32(group: &[f32; 3 * LANES], factor: f32) -> Option<[[u8; LANES]; 4]> {
+fn group_32(group: &[f32; 3 * LANES], factor: f32) -> ([[u8; LANES]; 4], Signs) {
     let mut signs = Signs([0; LANES]);
     let ([x, y, z], black) = plain(group, factor, [1.1e-19, TOP_32 as f32], &mut signs);
     let (mut u, mut v) = ([0f32; LANES], [0f32; LANES]);
@@ -290,46 +291,45 @@ fn group_32(group: &[f32; 3 * LANES], factor: f32) -> Option<[[u8; LANES]; 4]> {
     signs.near_whole(&v);
     signs.outside_byte(&u);
     signs.outside_byte(&v);
-    if signs.any() {
-        return None;
-    }
     let (u, v) = (floor(&u), floor(&v));
     let mut planes = [[0u8; LANES]; 4];
     for i in 0..LANES {
-        let l = if black[i] { 0 } else { l[i] + 256 * 64 };
+        let l = (l[i] + 256 * 64) & !black[i];
         planes[0][i] = (l >> 8) as u8;
         planes[1][i] = l as u8;
         planes[2][i] = u[i] as u8;
         planes[3][i] = v[i] as u8;
     }
-    Some(planes)
+    (planes, signs)
 }
 
-/// Planes of XYZ times `factor`, and which of them are exactly black: these become equal-energy white, whose chromaticity
-/// black has. A sign for each whose Y is not within `range` or that is not finite.
+/// Planes of XYZ times `factor`, and a mask of all bits for what is exactly black: that becomes equal-energy white, whose
+/// chromaticity black has. A sign for each whose Y is not within `range` or that is not finite.
 #[inline(always)]
 fn plain(
     group: &[f32; 3 * LANES],
     factor: f32,
     range: [f32; 2],
     signs: &mut Signs,
-) -> ([[f32; LANES]; 3], [bool; LANES]) {
+) -> ([[f32; LANES]; 3], [i32; LANES]) {
     const INFINITY: i32 = f32::INFINITY.to_bits() as i32;
     let [bottom, top] = range.map(|y| y.to_bits() as i32);
-    let (values, mut xyz, mut black) = (split(group), [[0f32; LANES]; 3], [false; LANES]);
+    let (values, mut xyz, mut black) = (split(group), [[0f32; LANES]; 3], [0i32; LANES]);
     for i in 0..LANES {
-        black[i] = (values[1][i] * factor).to_bits() == 0;
+        // The sign of b - 1: also set for negatives, which are looked at one by one anyway.
+        black[i] = ((values[1][i] * factor).to_bits() as i32).wrapping_sub(1) >> 31;
     }
     for (plane, value) in xyz.iter_mut().zip(&values) {
         for i in 0..LANES {
-            // By bits: a choice between floats becomes a masked store, which is slow.
-            let keep = u32::from(black[i]).wrapping_sub(1);
-            plane[i] = f32::from_bits((value[i] * factor).to_bits() & keep | 1f32.to_bits() & !keep);
+            // By masks: a choice between floats becomes a masked store, which is slow.
+            let bits = (value[i] * factor).to_bits() & !black[i] as u32 | 1f32.to_bits() & black[i] as u32;
+            plane[i] = f32::from_bits(bits);
         }
     }
     for i in 0..LANES {
         let y = xyz[1][i].to_bits() as i32;
         let (x, z) = (xyz[0][i].to_bits() as i32 & i32::MAX, xyz[2][i].to_bits() as i32 & i32::MAX);
+        let y = y | (values[1][i] * factor).to_bits() as i32 & i32::MIN;
         signs.0[i] |= y | y.wrapping_sub(bottom) | (top - 1).wrapping_sub(y) | (INFINITY - 1 - x) | (INFINITY - 1 - z);
     }
     (xyz, black)
@@ -342,41 +342,58 @@ pub fn encode_24(triples: &[f32], factor: f32, cells: &Cells, out: &mut Vec<u8>,
         || {
             let mut groups = triples.chunks_exact(3 * LANES);
             for group in groups.by_ref() {
-                let words = group.first_chunk().and_then(|group| group_24(group, factor, cells));
-                match words {
-                    Some(words) => words.iter().for_each(|w| out.extend_from_slice(&w.to_be_bytes()[1..])),
-                    None => some_24(group, factor, cells, out, losses),
+                let Some((words, signs)) = group.first_chunk().map(|group| group_24(group, factor, cells)) else {
+                    break;
+                };
+                let mut bytes = [0; 3 * LANES];
+                for (three, word) in bytes.chunks_exact_mut(3).zip(&words) {
+                    three.copy_from_slice(&word.to_be_bytes()[1..]);
                 }
+                if signs.any() {
+                    for i in (0..LANES).filter(|i| signs.0[*i] < 0) {
+                        some_24(&group[3 * i..3 * i + 3], factor, cells, &mut bytes[3 * i..3 * i + 3], losses);
+                    }
+                }
+                out.extend_from_slice(&bytes);
             }
-            some_24(groups.remainder(), factor, cells, out, losses);
+            let rest = groups.remainder();
+            let start = out.len();
+            out.resize(start + rest.len(), 0);
+            some_24(rest, factor, cells, &mut out[start..], losses);
         },
     );
 }
 
-#[inline(never)]
-fn some_24(triples: &[f32], factor: f32, cells: &Cells, out: &mut Vec<u8>, losses: &mut Losses) {
-    for c in triples.chunks_exact(3) {
+#[cold]
+fn some_24(triples: &[f32], factor: f32, cells: &Cells, out: &mut [u8], losses: &mut Losses) {
+    for (c, bytes) in triples.chunks_exact(3).zip(out.chunks_exact_mut(3)) {
         let word = word_24([c[0] * factor, c[1] * factor, c[2] * factor], [0.0; 3], cells, losses);
-        out.extend_from_slice(&word.to_be_bytes()[1..]);
+        bytes.copy_from_slice(&word.to_be_bytes()[1..]);
     }
 }
 
-/// The words of a group; `None` where a pixel must be looked at by itself.
+/// The words of a group, and a sign for each pixel that must be looked at by itself.
 #[inline(always)]
-fn group_24(group: &[f32; 3 * LANES], factor: f32, cells: &Cells) -> Option<[u32; LANES]> {
+fn group_24(group: &[f32; 3 * LANES], factor: f32, cells: &Cells) -> ([u32; LANES], Signs) {
     let mut signs = Signs([0; LANES]);
     let ([x, y, z], black) = plain(group, factor, [5e-4, TOP_24 as f32], &mut signs);
-    let l = log_codes(&y, 64.0, &mut signs);
-    if signs.any() {
-        return None;
+    let (mut u, mut row) = ([0f32; LANES], [0f32; LANES]);
+    for i in 0..LANES {
+        let scale = 1.0 / (x[i] + 15.0 * y[i] + 3.0 * z[i]);
+        u[i] = 4.0 * x[i] * scale;
+        row[i] = (9.0 * y[i] * scale - cells::V_START as f32) * (1.0 / cells::SIDE) as f32;
     }
+    let l = log_codes(&y, 64.0, &mut signs);
+    signs.near_whole(&row);
+    signs.outside_byte(&row);
+    let rows = floor(&row);
     let mut words = [0u32; LANES];
     for i in 0..LANES {
-        let (u, v) = chromaticity([x[i], y[i], z[i]])?;
-        let code = if black[i] { cells.neutral() } else { cells.inside(u, v)? };
-        words[i] = if black[i] { 0 } else { (l[i] + 64 * 12) as u32 } << 14 | code;
+        let (code, near) = cells.in_row(rows[i] as u8, u[i], NEAR);
+        signs.0[i] |= near;
+        words[i] = (((l[i] + 64 * 12) & !black[i]) as u32) << 14 | code;
     }
-    Some(words)
+    (words, signs)
 }
 
 /// Tables for decoding.
