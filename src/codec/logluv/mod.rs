@@ -251,7 +251,8 @@ pub fn encode_32(triples: &[f32], factor: f32, planes: &mut Planes, losses: &mut
         || {
             let mut at = 0;
             while let Some(group) = triples[3 * at..].first_chunk::<{ 3 * LANES }>() {
-                let (codes, signs) = group_32(group, factor);
+                let (codes, signs, under) = group_32(group, factor);
+                losses.under += under as u64;
                 planes.iter_mut().zip(&codes).for_each(|(plane, code)| plane[at..at + LANES].copy_from_slice(code));
                 if signs.any() {
                     for i in (0..LANES).filter(|i| signs.0[*i] < 0) {
@@ -274,12 +275,13 @@ fn some_32(triples: &[f32], factor: f32, planes: &mut Planes, at: usize, losses:
     }
 }
 
-/// The planes of a group, and a sign for each pixel that must be looked at by itself: negative, too bright, too dark without
-/// being black, outside the square of chromaticities, or at the edge of a code.
+/// The planes of a group, a sign for each pixel that must be looked at by itself (negative, too bright, hardly above black,
+/// outside the square of chromaticities, or at the edge of a code), and how many were too dark.
 #[inline(always)]
-fn group_32(group: &[f32; 3 * LANES], factor: f32) -> ([[u8; LANES]; 4], Signs) {
+fn group_32(group: &[f32; 3 * LANES], factor: f32) -> ([[u8; LANES]; 4], Signs, i32) {
     let mut signs = Signs([0; LANES]);
-    let ([x, y, z], black) = plain(group, factor, [1.1e-19, TOP_32 as f32], &mut signs);
+    let Plain { xyz: [x, y, z], black, under } =
+        plain(group, factor, [BLACK_32 as f32, 1.1e-19, TOP_32 as f32], &mut signs);
     let (mut u, mut v) = ([0f32; LANES], [0f32; LANES]);
     for i in 0..LANES {
         let scale = UV_SCALE as f32 / (x[i] + 15.0 * y[i] + 3.0 * z[i]);
@@ -300,39 +302,48 @@ fn group_32(group: &[f32; 3 * LANES], factor: f32) -> ([[u8; LANES]; 4], Signs) 
         planes[2][i] = u[i] as u8;
         planes[3][i] = v[i] as u8;
     }
-    (planes, signs)
+    (planes, signs, under)
 }
 
-/// Planes of XYZ times `factor`, and a mask of all bits for what is exactly black: that becomes equal-energy white, whose
-/// chromaticity black has. A sign for each whose Y is not within `range` or that is not finite.
+/// Pixels ready to be coded together.
+struct Plain {
+    xyz: [[f32; LANES]; 3],
+    /// All bits for what is black.
+    black: [i32; LANES],
+    /// How many of those are above 0.
+    under: i32,
+}
+
+/// What black pixels are while they are coded: of neutral chromaticity, which black has, and at the edge of no code.
+const GREY: i32 = 1.5f32.to_bits() as i32;
+
+/// Triples times `factor`, those up to `black` made grey. A sign for each whose Y lies between `black` and `bottom` or from
+/// `top` on, is negative, or that is not finite.
 #[inline(always)]
-fn plain(
-    group: &[f32; 3 * LANES],
-    factor: f32,
-    range: [f32; 2],
-    signs: &mut Signs,
-) -> ([[f32; LANES]; 3], [i32; LANES]) {
+fn plain(group: &[f32; 3 * LANES], factor: f32, [black, bottom, top]: [f32; 3], signs: &mut Signs) -> Plain {
     const INFINITY: i32 = f32::INFINITY.to_bits() as i32;
-    let [bottom, top] = range.map(|y| y.to_bits() as i32);
-    let (values, mut xyz, mut black) = (split(group), [[0f32; LANES]; 3], [0i32; LANES]);
+    let [limit, bottom, top] = [black, bottom, top].map(|y| y.to_bits() as i32);
+    let values = split(group);
+    let mut plain = Plain { xyz: [[0f32; LANES]; 3], black: [0; LANES], under: 0 };
+    // Masks by shifted signs throughout: comparisons and choices between floats are made pixel by pixel, or by masked stores.
     for i in 0..LANES {
-        // The sign of b - 1: also set for negatives, which are looked at one by one anyway.
-        black[i] = ((values[1][i] * factor).to_bits() as i32).wrapping_sub(1) >> 31;
+        let y = (values[1][i] * factor).to_bits() as i32;
+        plain.black[i] = y.wrapping_sub(1).wrapping_sub(limit) >> 31;
+        plain.under -= plain.black[i] & y.wrapping_neg() >> 31;
     }
-    for (plane, value) in xyz.iter_mut().zip(&values) {
+    for (plane, value) in plain.xyz.iter_mut().zip(&values) {
         for i in 0..LANES {
-            // By masks: a choice between floats becomes a masked store, which is slow.
-            let bits = (value[i] * factor).to_bits() & !black[i] as u32 | 1f32.to_bits() & black[i] as u32;
-            plane[i] = f32::from_bits(bits);
+            let bits = (value[i] * factor).to_bits() as i32 & !plain.black[i] | GREY & plain.black[i];
+            plane[i] = f32::from_bits(bits as u32);
         }
     }
+    let xyz = &plain.xyz;
     for i in 0..LANES {
-        let y = xyz[1][i].to_bits() as i32;
+        let y = xyz[1][i].to_bits() as i32 | (values[1][i] * factor).to_bits() as i32 & i32::MIN;
         let (x, z) = (xyz[0][i].to_bits() as i32 & i32::MAX, xyz[2][i].to_bits() as i32 & i32::MAX);
-        let y = y | (values[1][i] * factor).to_bits() as i32 & i32::MIN;
         signs.0[i] |= y | y.wrapping_sub(bottom) | (top - 1).wrapping_sub(y) | (INFINITY - 1 - x) | (INFINITY - 1 - z);
     }
-    (xyz, black)
+    plain
 }
 
 /// Encodes triples, each times `factor`, to 24-bit words, appended with the most significant byte first.
@@ -342,9 +353,9 @@ pub fn encode_24(triples: &[f32], factor: f32, cells: &Cells, out: &mut Vec<u8>,
         || {
             let mut groups = triples.chunks_exact(3 * LANES);
             for group in groups.by_ref() {
-                let Some((words, signs)) = group.first_chunk().map(|group| group_24(group, factor, cells)) else {
-                    break;
-                };
+                let Some(coded) = group.first_chunk().map(|group| group_24(group, factor, cells)) else { break };
+                let (words, signs, under) = coded;
+                losses.under += under as u64;
                 let mut bytes = [0; 3 * LANES];
                 for (three, word) in bytes.chunks_exact_mut(3).zip(&words) {
                     three.copy_from_slice(&word.to_be_bytes()[1..]);
@@ -372,11 +383,12 @@ fn some_24(triples: &[f32], factor: f32, cells: &Cells, out: &mut [u8], losses: 
     }
 }
 
-/// The words of a group, and a sign for each pixel that must be looked at by itself.
+/// The words of a group, a sign for each pixel that must be looked at by itself, and how many were too dark.
 #[inline(always)]
-fn group_24(group: &[f32; 3 * LANES], factor: f32, cells: &Cells) -> ([u32; LANES], Signs) {
+fn group_24(group: &[f32; 3 * LANES], factor: f32, cells: &Cells) -> ([u32; LANES], Signs, i32) {
     let mut signs = Signs([0; LANES]);
-    let ([x, y, z], black) = plain(group, factor, [5e-4, TOP_24 as f32], &mut signs);
+    let Plain { xyz: [x, y, z], black, under } =
+        plain(group, factor, [BLACK_24 as f32, 5e-4, TOP_24 as f32], &mut signs);
     let (mut u, mut row) = ([0f32; LANES], [0f32; LANES]);
     for i in 0..LANES {
         let scale = 1.0 / (x[i] + 15.0 * y[i] + 3.0 * z[i]);
@@ -393,7 +405,7 @@ fn group_24(group: &[f32; 3 * LANES], factor: f32, cells: &Cells) -> ([u32; LANE
         signs.0[i] |= near;
         words[i] = (((l[i] + 64 * 12) & !black[i]) as u32) << 14 | code;
     }
-    (words, signs)
+    (words, signs, under)
 }
 
 /// Tables for decoding.
