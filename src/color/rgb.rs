@@ -40,13 +40,17 @@ impl Primaries {
     /// ITU-R BT.2020.
     pub const BT2020: Primaries = primaries([0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.3290]);
     /// Radiance's default: equal-energy white, and not sRGB.
-    pub const RADIANCE: Primaries = primaries([0.64, 0.33, 0.29, 0.60, 0.15, 0.06, 0.3333, 0.3333]);
+    pub const RADIANCE: Primaries = primaries([0.64, 0.33, 0.29, 0.60, 0.15, 0.06, 1.0 / 3.0, 1.0 / 3.0]);
     /// What a stream of XYZ states.
     pub const XYZ: Primaries = primaries([1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.333, 0.333]);
 
-    /// From the eight numbers of a PRIMARIES line; `None` unless they span an area and the white is physical.
+    /// From the eight numbers of a PRIMARIES line; `None` unless they span an area and the white is physical. Radiance's own
+    /// as Radiance prints them, to four digits, are its exact ones.
     pub fn from_numbers(n: &[f64]) -> Option<Primaries> {
         let p = primaries(n.try_into().ok()?);
+        if p.distance(&Primaries::RADIANCE) <= 5e-5 {
+            return Some(Primaries::RADIANCE);
+        }
         let finite = n.iter().all(|x| x.is_finite() && x.abs() <= 8.0);
         (finite && p.white.is_physical() && (p.is_xyz() || p.to_xyz().is_some())).then_some(p)
     }
