@@ -31,9 +31,9 @@ lint:
 	$(CARGO) fmt --check
 	$(CARGO) clippy --locked --all-targets -- -D warnings
 
-# Ratios to `cat` in the same run: see benches/streams.rs.
+# Ratios to `cat`, and of the encodings to Radiance and libtiff, in the same run: see benches/.
 bench:
-	$(CARGO) bench --locked --bench streams
+	$(CARGO) bench --locked --bench streams --bench encodings
 
 # The paper's colour figures beside ours, as Markdown.
 paper-colour:

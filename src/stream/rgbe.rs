@@ -173,8 +173,9 @@ pub fn encode_pixels(triples: &[f32], factor: f32, planes: &mut Planes, losses: 
         || {
             let mut at = 0;
             while let Some(group) = triples[3 * at..].first_chunk::<{ 3 * LANES }>() {
-                if !encode_group(split(group), factor, planes, at) {
-                    encode_some(group, factor, planes, at, losses);
+                match encode_group(split(group), factor, planes, at) {
+                    Some(negative) => losses.negative += u64::from(negative),
+                    None => encode_some(group, factor, planes, at, losses),
                 }
                 at += LANES;
             }
@@ -183,22 +184,25 @@ pub fn encode_pixels(triples: &[f32], factor: f32, planes: &mut Planes, losses: 
     );
 }
 
-/// Encodes pixels side by side, in whole numbers: positive floats compare as their bits do. False where one needs care: it has
-/// a sign, is too large or is not a number, all of which have larger bits than any that fits.
+/// Encodes pixels side by side, in whole numbers: positive floats compare as their bits do. `None` where one needs care: it is
+/// too large or not a number. Otherwise how many had a negative component, which becomes 0.
 #[inline(always)]
-fn encode_group(values: [[f32; LANES]; 3], factor: f32, planes: &mut Planes, at: usize) -> bool {
-    let mut bits = [[0u32; LANES]; 3];
+fn encode_group(values: [[f32; LANES]; 3], factor: f32, planes: &mut Planes, at: usize) -> Option<u32> {
+    let (mut bits, mut negative, mut widest) = ([[0u32; LANES]; 3], [0i32; LANES], 0);
     for (bits, values) in bits.iter_mut().zip(&values) {
         for i in 0..LANES {
-            bits[i] = (values[i] * factor).to_bits();
+            let raw = (values[i] * factor).to_bits() as i32;
+            widest = widest.max(raw & i32::MAX);
+            negative[i] |= raw & raw.wrapping_sub(1); // a sign for what is under 0, none for -0
+            bits[i] = (raw & !(raw >> 31)) as u32;
         }
+    }
+    if widest > LARGEST.to_bits() as i32 {
+        return None;
     }
     let mut largest = [0u32; LANES];
     for i in 0..LANES {
         largest[i] = bits[0][i].max(bits[1][i]).max(bits[2][i]);
-    }
-    if largest.iter().fold(0, |m: u32, x| m.max(*x)) > LARGEST.to_bits() {
-        return false;
     }
     let mut codes = [[0u8; LANES]; 4];
     for i in 0..LANES {
@@ -216,7 +220,7 @@ fn encode_group(values: [[f32; LANES]; 3], factor: f32, planes: &mut Planes, at:
     for (plane, code) in planes.iter_mut().zip(&codes) {
         plane[at..at + LANES].copy_from_slice(code);
     }
-    true
+    Some(negative.iter().fold(0, |n, sign| n + (*sign as u32 >> 31)))
 }
 
 /// Pixel by pixel.

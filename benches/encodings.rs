@@ -1,0 +1,227 @@
+//! The encodings on one 4096 x 2048 picture: CPU seconds of one thread beside Radiance's and libtiff's programs in the same
+//! run, where they are found; what two threads gain; peak memory at two heights.
+//!
+//! Peers: `ra_xyze` and `ra_tiff` on the path or in the folder RADIANCE_BIN (pip's pyradiance has them in pyradiance/bin), and
+//! `tiffcp` of Debian's libtiff-tools (which only packs ready 16-bit words, without logarithms). `bash` takes the times. A picture is smooth where a real one is, with 2 % noise, edges,
+//! lamps and black pixels, over seven orders of magnitude.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+const WIDTH: usize = 4096;
+const HEIGHT: usize = 2048;
+const RUNS: usize = 7;
+
+/// One comparison: our command, a peer's, how many times faster ours must be.
+struct Row {
+    what: &'static str,
+    ours: String,
+    peer: String,
+    bound: f64,
+}
+
+fn main() -> std::io::Result<()> {
+    // `cargo test --benches` runs this too; one run then shows that it works.
+    let runs = if std::env::args().any(|a| a == "--bench") { RUNS } else { 1 };
+    let ram = Path::new("/dev/shm");
+    let folder = if ram.is_dir() { tempfile::tempdir_in(ram)? } else { tempfile::tempdir()? };
+    let dir = folder.path();
+    let bin = Path::new(env!("CARGO_BIN_EXE_ra_rgbe")).parent().expect("a program lies in a folder");
+    let radiance = std::env::var("RADIANCE_BIN").unwrap_or_default();
+    let path = format!("{}:{radiance}:{}", bin.display(), std::env::var("PATH").unwrap_or_default());
+    let shell = Shell { dir: dir.to_path_buf(), path };
+    write_picture(&dir.join("big.lux"), HEIGHT)?;
+    write_picture(&dir.join("tall.lux"), 4 * HEIGHT)?;
+    for command in [
+        "xyz2rgb --quiet --to Radiance big.lux rgb.lux",
+        "ra_rgbe --quiet rgb.lux big.hdr",
+        "ra_loglv big.lux big.tif",
+        "ra_loglv --quiet --bits24 big.lux big24.tif",
+    ] {
+        assert!(shell.run(command).is_some(), "{command}");
+    }
+    println!("{WIDTH} x {HEIGHT}, one thread, medians of {runs}; {}", processor());
+    println!("{:<18} {:>8} {:>8} {:>9} {:>7} {:>6}  peer", "", "CPU s", "Mpix/s", "peer CPU", "ratio", "bound");
+    shell.run("tiffcp -c none big.tif plain.tif");
+    for row in rows() {
+        compare(&shell, &row, runs);
+    }
+    println!("\n{:<18} {:>8} {:>8} {:>9} {:>6}", "two threads", "1: s", "2: s", "gain", "bound");
+    for (what, command) in [
+        ("RGBE decode", "ra_rgbe -r big.hdr"),
+        ("RGBE encode", "ra_rgbe --quiet rgb.lux"),
+        ("LogLuv32 decode", "ra_loglv -r big.tif"),
+        ("LogLuv32 encode", "ra_loglv big.lux out.tif"),
+        ("LogLuv24 encode", "ra_loglv --quiet --bits24 --stonits 64 big.lux out.tif"),
+        ("Pixar log encode", "ra_pixlog --quiet --stonits 64 big.lux out.tif"),
+        ("EXR half encode", "ra_exr --quiet --half --white-luminance 1 big.lux out.exr"),
+    ] {
+        gain(&shell, what, command, runs);
+    }
+    println!("\n{:<40} {:>10} {:>10}", "peak memory, MB", "2048 rows", "8192 rows");
+    for command in
+        ["ra_rgbe", "ra_loglv", "ra_loglv --bits24 --stonits 64", "ra_pixlog --stonits 64", "ra_pfm", "ra_exr --float"]
+    {
+        let words: Vec<&str> = command.split(' ').collect();
+        let peak = |input: &str| {
+            let mut program = Command::new(bin.join(words[0]));
+            peak_mb(program.args(&words[1..]).args([input, "out"]).current_dir(dir))
+        };
+        println!("{command:<40} {:>10.1} {:>10.1}", peak("big.lux")?, peak("tall.lux")?);
+    }
+    Ok(())
+}
+
+fn rows() -> Vec<Row> {
+    let row = |what, ours: &str, peer: &str, bound| Row { what, ours: ours.into(), peer: peer.into(), bound };
+    vec![
+        row("RGBE decode", "ra_rgbe --threads 1 -r big.hdr", "ra_xyze big.hdr", 8.0),
+        row("RGBE encode", "ra_rgbe --threads 1 --quiet rgb.lux", "ra_xyze big.hdr", 4.0),
+        row("LogLuv32 encode", "ra_loglv --threads 1 big.lux out.tif", "ra_tiff -L big.hdr peer.tif", 5.0),
+        row("LogLuv32 decode", "ra_loglv --threads 1 -r big.tif", "ra_tiff -r big.tif /dev/null", 5.0),
+        row("LogLuv32 encode", "ra_loglv --threads 1 big.lux out.tif", "tiffcp -c sgilog plain.tif peer.tif", f64::NAN),
+        row("LogLuv32 decode", "ra_loglv --threads 1 -r big.tif", "tiffcp -c none big.tif peer.tif", f64::NAN),
+        row(
+            "LogLuv24 encode",
+            "ra_loglv --threads 1 --quiet --bits24 big.lux out.tif",
+            "ra_tiff -l big.hdr peer.tif",
+            4.0,
+        ),
+        row("LogLuv24 decode", "ra_loglv --threads 1 -r big24.tif", "ra_tiff -r big24.tif /dev/null", f64::NAN),
+        row("Pixar log encode", "ra_pixlog --threads 1 --quiet --stonits 64 big.lux out.tif", "", f64::NAN),
+        row("EXR half encode", "ra_exr --threads 1 --quiet --half --white-luminance 1 big.lux out.exr", "", f64::NAN),
+    ]
+}
+
+/// Where commands run, and where programs are found.
+struct Shell {
+    dir: PathBuf,
+    path: String,
+}
+
+impl Shell {
+    /// CPU and wall seconds of a command; `None` where it is not there or fails.
+    fn run(&self, command: &str) -> Option<(f64, f64)> {
+        let line = format!("TIMEFORMAT='%3U %3S %3R'; time {command} 2>/dev/null >/dev/null");
+        let mut bash = Command::new("bash");
+        let output = bash.args(["-c", &line]).current_dir(&self.dir).env("PATH", &self.path).output().ok()?;
+        let text = String::from_utf8(output.stderr).ok().filter(|_| output.status.success())?;
+        let numbers: Option<Vec<f64>> = text.split_whitespace().map(|n| n.parse().ok()).collect();
+        match numbers.as_deref() {
+            Some([user, system, wall]) => Some((user + system, *wall)),
+            _ => None,
+        }
+    }
+}
+
+/// Runs alternate, so that a machine whose speed drifts slows both.
+fn compare(shell: &Shell, row: &Row, runs: usize) {
+    let peer_there = !row.peer.is_empty() && shell.run(&row.peer).is_some();
+    let (mut ours, mut peers) = (Vec::new(), Vec::new());
+    for _ in 0..runs {
+        ours.extend(shell.run(&row.ours).map(|t| t.0));
+        if peer_there {
+            peers.extend(shell.run(&row.peer).map(|t| t.0));
+        }
+    }
+    let time = median(&mut ours);
+    let speed = (WIDTH * HEIGHT) as f64 / 1e6 / time;
+    let name = row.peer.split(' ').next().unwrap_or_default();
+    print!("{:<18} {time:>8.3} {speed:>8.1} ", row.what);
+    if peers.is_empty() {
+        let why = if name.is_empty() { "none offers it".to_string() } else { format!("skipped: {name} is not there") };
+        println!("{:>9} {:>7} {:>6}  {why}", "-", "-", shown(row.bound));
+    } else {
+        let peer = median(&mut peers);
+        println!("{peer:>9.3} {:>7.2} {:>6}  {}", peer / time, shown(row.bound), row.peer);
+    }
+}
+
+/// A bound where there is one.
+fn shown(bound: f64) -> String {
+    if bound.is_nan() { "-".into() } else { bound.to_string() }
+}
+
+fn gain(shell: &Shell, what: &str, command: &str, runs: usize) {
+    let with = |threads: u32| {
+        let (name, rest) = command.split_once(' ').unwrap_or((command, ""));
+        shell.run(&format!("{name} --threads {threads} {rest}")).map(|t| t.1)
+    };
+    let (mut one, mut two) = (Vec::new(), Vec::new());
+    for _ in 0..runs {
+        one.extend(with(1));
+        two.extend(with(2));
+    }
+    let (one, two) = (median(&mut one), median(&mut two));
+    println!("{what:<18} {one:>8.3} {two:>8.3} {:>9.2} {:>6}", one / two, 1.7);
+}
+
+fn median(times: &mut [f64]) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+fn write_picture(path: &Path, height: usize) -> std::io::Result<()> {
+    let lines = "#?RADIANCE\nNCOMP=3\nCOMPONENTS=XYZ\nUNITS=cd/m2\nWHITE= 0.3127 0.329\nBigEndian=0\nFORMAT=float";
+    let mut out = BufWriter::new(File::create(path)?);
+    write!(out, "{lines}\n\n-Y {height:8} +X {WIDTH:8}\n")?;
+    let mut state = 1u32;
+    let mut random = move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 24) as f32
+    };
+    let lamps: Vec<[f32; 4]> = (0..40)
+        .map(|_| [random(), 0.1 + 0.6 * random(), 1.0 / (0.001 + 0.005 * random()), 10f32.powf(2.5 + 1.5 * random())])
+        .collect();
+    let tones: Vec<f32> = (0..12 * 24).map(|_| 1.8 * random() - 0.9).collect();
+    for row in 0..height {
+        let y = row as f32 / height as f32;
+        for column in 0..WIDTH {
+            let x = column as f32 / WIDTH as f32;
+            let base =
+                2.2 * (4.0 * (x - 0.55)).tanh() + 0.5 * (9.0 * x + 3.0 * y).sin() + 0.3 * (31.0 * y - 11.0 * x).sin();
+            let tone = tones[(y * 12.0) as usize * 24 + (x * 24.0) as usize];
+            let mut l = 10f32.powf((base - 1.0 + tone).clamp(-3.0, 3.0));
+            for [cx, cy, size, peak] in &lamps {
+                let d = ((x - cx) * 2.0).hypot(y - cy) * size;
+                if d < 4.0 {
+                    l += peak * (-d * d).exp();
+                }
+            }
+            let noise = random() + random() + random() - 1.5; // variance 1/4
+            l *= (0.04 * noise).exp();
+            if random() < 0.0005 {
+                l = 0.0;
+            }
+            let (cx, cy) = (0.3127 + 0.12 * (5.0 * x + 2.0 * y).sin(), 0.329 + 0.1 * (4.0 * y - 3.0 * x).sin());
+            for value in [l * cx / cy, l, l * (1.0 - cx - cy) / cy] {
+                out.write_all(&value.to_ne_bytes())?;
+            }
+        }
+    }
+    out.flush()
+}
+
+/// The largest resident size that the kernel recorded, asked for until the process ends.
+fn peak_mb(command: &mut Command) -> std::io::Result<f64> {
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
+    let status: PathBuf = format!("/proc/{}/status", child.id()).into();
+    let mut peak = 0f64;
+    while child.try_wait()?.is_none() {
+        if let Ok(text) = fs::read_to_string(&status) {
+            let line = text.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+            let kb = line.and_then(|l| l.trim().trim_end_matches(" kB").parse::<f64>().ok());
+            peak = peak.max(kb.unwrap_or(0.0) / 1024.0);
+        }
+        std::thread::sleep(std::time::Duration::from_micros(300));
+    }
+    Ok(peak)
+}
+
+fn processor() -> String {
+    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text.lines().find_map(|l| l.strip_prefix("model name")).unwrap_or("unknown processor");
+    name.trim_start_matches([' ', '\t', ':']).to_string()
+}
