@@ -11,7 +11,7 @@
 //! | [`stream`] | the picture that flows between filters |
 //! | [`options`], [`keys`] | options as data, TOML tables |
 //! | [`display`] | what a medium can show, and its curve |
-//! | [`codec`] | display files |
+//! | [`codec`] | file formats other than the stream's own |
 //! | [`tone`] | from world luminance to the display's |
 //! | [`scene`] | scenes as TOML, shapes, materials, lights, cameras |
 //! | [`render`] | Eq. (1) by path tracing |
@@ -26,6 +26,9 @@
 //! - [Ward 1991] G. Ward, *Real Pixels*, Graphics Gems II, 1991.
 //! - [Ward 1997] G. Ward Larson, H. Rushmeier, C. Piatko, *A Visibility Matching Tone Reproduction Operator for High Dynamic
 //!   Range Scenes*, IEEE TVCG 3(4), 1997.
+//! - [Larson 1998] G. Ward Larson, *The LogLuv Encoding for Full Gamut, High Dynamic Range Images*, Journal of Graphics Tools
+//!   3(1), 1998; as libtiff has it (`tif_luv.c`, `uvcode.h`).
+//! - [Steele 2014] G. Steele, D. Lea, C. Flood, *Fast Splittable Pseudorandom Number Generators*, OOPSLA 2014.
 //! - [CIE15] CIE 015, *Colorimetry*.
 //! - [Kajiya 1986] J. Kajiya, *The Rendering Equation*, SIGGRAPH 86.
 //! - [Veach 1997] E. Veach, *Robust Monte Carlo Methods for Light Transport Simulation*, Stanford, 1997.

@@ -67,7 +67,7 @@ impl RunOptions {
 #[command(next_help_heading = "Reading")]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ReadOptions {
-    /// Picture to read: a float stream, RGBE, XYZE or hyperspectral Radiance; standard input if absent or '-'
+    /// Picture to read: a float stream, Radiance, LogLuv, Pixar log, OpenEXR, PFM or PNG; standard input if absent or '-'
     #[arg(value_name = "INPUT", value_hint = ValueHint::FilePath)]
     pub input: Option<PathBuf>,
     /// Take the components for Y, XYZ, RGB, SPECTRUM or STOKES, whatever the header says
