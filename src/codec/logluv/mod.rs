@@ -194,18 +194,18 @@ impl Signs {
     /// A sign for each number that comes close to a whole one.
     #[inline(always)]
     fn near_whole(&mut self, x: &[f32; LANES]) {
-        for i in 0..LANES {
-            let distance = (x[i] - ((x[i] + ROUND) - ROUND)).abs();
-            self.0[i] |= distance.to_bits() as i32 - NEAR.to_bits() as i32;
+        for (sign, x) in self.0.iter_mut().zip(x) {
+            let distance = (x - ((x + ROUND) - ROUND)).abs();
+            *sign |= distance.to_bits() as i32 - NEAR.to_bits() as i32;
         }
     }
 
     /// A sign for each number that is not from 0 to under 256.
     #[inline(always)]
     fn outside_byte(&mut self, x: &[f32; LANES]) {
-        for i in 0..LANES {
-            let bits = x[i].to_bits() as i32;
-            self.0[i] |= bits | (256f32.to_bits() as i32 - 1).wrapping_sub(bits);
+        for (sign, x) in self.0.iter_mut().zip(x) {
+            let bits = x.to_bits() as i32;
+            *sign |= bits | (256f32.to_bits() as i32 - 1).wrapping_sub(bits);
         }
     }
 }
@@ -324,10 +324,10 @@ fn plain(group: &[f32; 3 * LANES], factor: f32, [black, bottom, top]: [f32; 3], 
     const INFINITY: i32 = f32::INFINITY.to_bits() as i32;
     let [limit, bottom, top] = [black, bottom, top].map(|y| y.to_bits() as i32);
     let values = split(group);
+    let luminances = values[1].map(|y| (y * factor).to_bits() as i32);
     let mut plain = Plain { xyz: [[0f32; LANES]; 3], black: [0; LANES], under: 0 };
     // Masks by shifted signs throughout: comparisons and choices between floats are made pixel by pixel, or by masked stores.
-    for i in 0..LANES {
-        let y = (values[1][i] * factor).to_bits() as i32;
+    for (i, y) in luminances.into_iter().enumerate() {
         plain.black[i] = y.wrapping_sub(1).wrapping_sub(limit) >> 31;
         plain.under -= plain.black[i] & y.wrapping_neg() >> 31;
     }
@@ -339,7 +339,7 @@ fn plain(group: &[f32; 3 * LANES], factor: f32, [black, bottom, top]: [f32; 3], 
     }
     let xyz = &plain.xyz;
     for i in 0..LANES {
-        let y = xyz[1][i].to_bits() as i32 | (values[1][i] * factor).to_bits() as i32 & i32::MIN;
+        let y = xyz[1][i].to_bits() as i32 | luminances[i] & i32::MIN;
         let (x, z) = (xyz[0][i].to_bits() as i32 & i32::MAX, xyz[2][i].to_bits() as i32 & i32::MAX);
         signs.0[i] |= y | y.wrapping_sub(bottom) | (top - 1).wrapping_sub(y) | (INFINITY - 1 - x) | (INFINITY - 1 - z);
     }

@@ -95,9 +95,12 @@ pub fn open<C: Coder + 'static>(
     Ok(Box::new(Reader { source, header, chunks, coder, row: 0, band, band_rows: 0, piece }))
 }
 
+/// A chunk's decoder, and how many of its rows lie in the picture.
+type Begun = (Box<dyn Rows>, usize);
+
 impl<C: Coder> Reader<C> {
     /// Begins a chunk; gives its decoder and how many of its rows lie in the picture.
-    fn begin(&mut self, index: usize) -> Result<(Box<dyn Rows>, usize)> {
+    fn begin(&mut self, index: usize) -> Result<Begun> {
         let height = self.header.resolution.scanlines();
         let top = index / self.chunks.across * self.chunks.height;
         let rows = self.chunks.height.min(height - top);
@@ -121,9 +124,9 @@ impl<C: Coder> Reader<C> {
         block.data.resize(block.rows * row_floats, 0.0);
         let (top, height) = (self.row, self.header.resolution.scanlines());
         let each = self.chunks.height;
-        let decode = |(i, (part, strip)): (usize, (&mut [f32], &mut (Box<dyn Rows>, usize)))| -> Result<()> {
+        let decode = |(i, (part, (strip, _))): (usize, (&mut [f32], &mut Begun))| -> Result<()> {
             for (n, row) in part.chunks_exact_mut(row_floats).enumerate() {
-                strip.0.row(row).map_err(|e| at_row(e, top + i * each + n, height))?;
+                strip.row(row).map_err(|e| at_row(e, top + i * each + n, height))?;
             }
             Ok(())
         };
