@@ -6,9 +6,8 @@ use std::fs;
 
 use common::root;
 use luxpipe::codec::logluv::cells::Cells;
-use luxpipe::codec::logluv::{
-    Coding, Decoder, Losses, encode_24, encode_32, luminance_16, luminance_of, word_24, word_32,
-};
+use luxpipe::codec::logluv::rows::{encode_24, encode_32};
+use luxpipe::codec::logluv::{Coding, Decoder, Losses, luminance_16, luminance_of, word_24, word_32};
 use luxpipe::codec::pixarlog;
 use luxpipe::stream::rle::Planes;
 
@@ -86,18 +85,32 @@ fn rows_have_the_words_of_single_colours() {
 #[test]
 fn edges_of_codes_are_found_exactly() {
     let mut pixels = Vec::new();
-    for code in (1..0x7fff).step_by(7) {
+    for code in (1..0x7fff).step_by(4) {
         let edge = ((f64::from(code) / 256.0) - 64.0).exp2() as f32;
         for y in [edge.next_down(), edge, edge.next_up()] {
             pixels.extend([0.95 * y, y, 1.09 * y]);
         }
     }
-    let (mut planes, mut lost) = (Planes::default(), Losses::default());
-    encode_32(&pixels, 1.0, &mut planes, &mut lost);
-    for (i, c) in pixels.chunks(3).enumerate() {
-        let want = word_32([c[0], c[1], c[2]], [0.0; 3], &mut lost).to_be_bytes();
-        assert_eq!(planes.each_ref().map(|p| p[i]), want, "{c:?}");
+    // Chromaticities at the sides of the 24-bit coding's squares, and at the corners of the 32-bit one's.
+    for k in 1..170 {
+        let (u, v) = (0.2 + 0.0035 * f64::from(k % 40), 0.016_94 + 0.0035 * f64::from(k));
+        for (u, v) in [(u, v), (f64::from(k) / 410.0, f64::from(100 + k / 2) / 410.0)] {
+            let x = (9.0 * u / (4.0 * v)) as f32;
+            let z = ((12.0 - 3.0 * u - 20.0 * v) / (4.0 * v)) as f32;
+            pixels.extend([x.next_down(), 1.0, z, x, 1.0, z, x.next_up(), 1.0, z]);
+        }
     }
+    let (mut planes, mut words, mut many) = (Planes::default(), Vec::new(), [Losses::default(); 2]);
+    encode_32(&pixels, 1.0, &mut planes, &mut many[0]);
+    encode_24(&pixels, 1.0, Cells::get(), &mut words, &mut many[1]);
+    let mut single = [Losses::default(); 2];
+    for (i, c) in pixels.chunks(3).enumerate() {
+        let want = word_32([c[0], c[1], c[2]], [0.0; 3], &mut single[0]).to_be_bytes();
+        assert_eq!(planes.each_ref().map(|p| p[i]), want, "{c:?}");
+        let want = word_24([c[0], c[1], c[2]], [0.0; 3], Cells::get(), &mut single[1]).to_be_bytes();
+        assert_eq!(words[3 * i..3 * i + 3], want[1..], "{c:?}");
+    }
+    assert_eq!(many, single);
 }
 
 #[test]

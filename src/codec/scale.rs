@@ -2,32 +2,37 @@
 
 /// How many values lie in each quarter of an octave.
 pub struct Octaves {
-    counts: Vec<u64>,
-    largest: f32,
+    /// By the leading bits, of what does not count too: every value then takes the same few steps.
+    counts: Box<[u64; SLOTS]>,
+    /// The largest bits of a finite positive value.
+    largest: u32,
 }
 
 /// A float's bits without the lowest: the quarter of an octave it lies in.
 const SHIFT: u32 = 21;
+/// All there are.
+const SLOTS: usize = 1 << (32 - SHIFT);
+/// From here on they are infinite, NaN or negative. What lies in the first, up to 3e-39, is as good as 0.
+const END: usize = (f32::INFINITY.to_bits() >> SHIFT) as usize;
 
 impl Default for Octaves {
     fn default() -> Self {
-        Octaves { counts: vec![0; 0x7f80_0000 >> SHIFT], largest: 0.0 }
+        Octaves { counts: Box::new([0; SLOTS]), largest: 0 }
     }
 }
 
 impl Octaves {
-    /// Counts a value; only what is above 0 and finite needs a place.
+    /// Counts a value; only what is above 0 and finite matters.
     #[inline]
     pub fn add(&mut self, value: f32) {
-        if value > 0.0 && value.is_finite() {
-            self.counts[(value.to_bits() >> SHIFT) as usize] += 1;
-            self.largest = self.largest.max(value);
-        }
+        let bits = value.to_bits();
+        self.counts[(bits >> SHIFT) as usize] += 1;
+        self.largest = self.largest.max(if bits < f32::INFINITY.to_bits() { bits } else { 0 });
     }
 
     /// The largest value counted, 0 if there is none.
     pub fn largest(&self) -> f32 {
-        self.largest
+        f32::from_bits(self.largest)
     }
 
     /// A power of two s at which values v are stored as v / s, from `bottom` to `top`: at most one in a thousand lies above,
@@ -41,10 +46,10 @@ impl Octaves {
     /// ```
     pub fn best(&self, bottom: f64, top: f64) -> f64 {
         let edge = |i: usize| f64::from(f32::from_bits((i as u32) << SHIFT));
-        let filled = || self.counts.iter().enumerate().filter(|(_, n)| **n > 0);
-        let total: u64 = self.counts.iter().sum();
+        let filled = || self.counts[..END].iter().enumerate().skip(1).filter(|(_, n)| **n > 0);
+        let total: u64 = filled().map(|(_, n)| n).sum();
         let over = |s: f64| -> u64 {
-            filled().filter(|(i, _)| edge(i + 1).min(f64::from(self.largest)) > top * s).map(|(_, n)| n).sum()
+            filled().filter(|(i, _)| edge(i + 1).min(f64::from(self.largest())) > top * s).map(|(_, n)| n).sum()
         };
         let mut scales = (-126..=127).map(|k| 2f64.powi(k)).skip_while(|s| over(*s) > total / 1000);
         let (Some(first), Some((lowest, _))) = (scales.next(), filled().next()) else { return 1.0 };

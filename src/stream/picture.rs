@@ -5,7 +5,7 @@ use crate::parallel;
 use crate::stream::Header;
 
 /// Bytes of a block that the caches and a pipe like; a block always holds at least one scanline.
-const BLOCK_BYTES: usize = 512 << 10;
+const BLOCK_BYTES: usize = 256 << 10;
 
 /// Consecutive scanlines, pixel-interleaved.
 #[derive(Clone, Debug, Default)]

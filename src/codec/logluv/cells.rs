@@ -26,6 +26,10 @@ struct Row {
 pub struct Cells {
     rows: Vec<Row>,
     edge: [u32; DIRECTIONS],
+    // The rows again, for every byte one.
+    starts: [f32; 256],
+    counts: [u32; 256],
+    firsts: [u32; 256],
 }
 
 impl Cells {
@@ -40,22 +44,20 @@ impl Cells {
                 let u_start = f64::from(start.parse::<f32>().unwrap_or(0.0)); // the table is part of the source
                 rows.push(Row { u_start, cells: cells.parse().unwrap_or(0), first });
             }
-            let mut cells = Cells { rows, edge: [0; DIRECTIONS] };
+            let starts = std::array::from_fn(|i| rows.get(i).map_or(0.0, |r| r.u_start as f32));
+            let counts = std::array::from_fn(|i| rows.get(i).map_or(0, |r| r.cells));
+            let firsts = std::array::from_fn(|i| rows.get(i).map_or(0, |r| r.first));
+            let mut cells = Cells { rows, edge: [0; DIRECTIONS], starts, counts, firsts };
             cells.edge = cells.find_edge();
             cells
         })
     }
 
-    /// The cell of u' in a row, by single precision; negative with it where u' lies outside the row or within `near` of a
-    /// cell's side, in cells.
+    /// Where a row begins in u', how many cells it has, and the first one's code; none in rows that there are not.
     #[inline(always)]
-    pub(super) fn in_row(&self, row: u8, u: f32, near: f32) -> (u32, i32) {
-        let Some(row) = self.rows.get(usize::from(row)) else { return (0, -1) };
-        let at = (u - row.u_start as f32) * (1.0 / SIDE) as f32;
-        let cell = at as u32; // what is negative becomes 0, and is found by its sign
-        let part = at - cell as f32;
-        let inside = cell < row.cells && part >= near && part <= 1.0 - near;
-        (row.first + cell, i32::from(inside) - 1)
+    pub(super) fn row(&self, row: u8) -> (f32, u32, u32) {
+        let row = usize::from(row);
+        (self.starts[row], self.counts[row], self.firsts[row])
     }
 
     /// The cell that holds u', v'; `None` outside all.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Coding, Decoder, Losses};
+use super::{Coding, Decoder, Losses, rows};
 use crate::codec::Reading;
 use crate::codec::logluv::cells::Cells;
 use crate::codec::noise::offset;
@@ -172,8 +172,8 @@ pub fn write(
         for (i, row) in block.data.chunks_exact(width * samples).enumerate() {
             match coding {
                 _ if dither => dithered(coding, row, factor, *first_row + i, &mut planes, bytes, losses),
-                Coding::Log32 => super::encode_32(row, factor, &mut planes, losses),
-                Coding::Log24 => super::encode_24(row, factor, Cells::get(), bytes, losses),
+                Coding::Log32 => rows::encode_32(row, factor, &mut planes, losses),
+                Coding::Log24 => rows::encode_24(row, factor, Cells::get(), bytes, losses),
                 Coding::LogL16 => luminances(row, factor, |_| 0.0, &mut planes, losses),
             }
             match coding {

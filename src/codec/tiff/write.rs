@@ -142,7 +142,9 @@ fn write_kind<W: Write + Seek + Send, K: TiffKind<OffsetType: Send> + Send, L: D
 fn fill(picture: &mut dyn Picture, rows: usize, rest: &mut Block, block: &mut Block) -> Result<()> {
     let floats = picture.header().scanline_floats();
     block.rows = 0;
-    block.data.clear();
+    if rest.rows > 0 {
+        block.data.clear();
+    }
     while block.rows < rows {
         if rest.rows == 0 {
             if block.rows == 0 {

@@ -1,0 +1,211 @@
+//! Rows of pixels to LogLuv words: many side by side in single precision, and by [`word_32`] or [`word_24`] wherever its
+//! roundings could change a code.
+
+use std::f64::consts::LN_2;
+
+use super::cells::{self, Cells};
+use super::{BLACK_24, BLACK_32, Losses, TOP_24, TOP_32, UV_SCALE, word_24, word_32};
+use crate::simd;
+use crate::stream::rle::Planes;
+
+/// Pixels coded together: so many that loops over them stay loops, which the compiler turns into vectors of any width, and so
+/// few that all about them stays in the nearest cache.
+const GROUP: usize = 128;
+/// Closer to a whole number than this, a code is found by itself in double precision: what many have in single precision is
+/// good to 7e-5 (five roundings of numbers up to 256).
+const NEAR: f32 = 1e-4;
+/// A float this large has no fraction: adding it rounds, and its last bits then count.
+const ROUND: f32 = 12_582_912.0;
+/// What black pixels are while they are coded: of neutral chromaticity, which black has, and at the edge of no code.
+const GREY: f32 = 1.5;
+
+/// A number cut to a whole one, and whether it came so close to one that the cut is not sure; of a number over 4e6, or of NaN,
+/// anything, but out of the range of every code.
+#[inline(always)]
+fn cut(x: f32) -> (i32, bool) {
+    let centred = x - 0.5;
+    let rounded = centred + ROUND;
+    let distance = (centred - (rounded - ROUND)).abs();
+    ((rounded.to_bits() as i32).wrapping_sub(ROUND.to_bits() as i32), distance.to_bits() > (0.5 - NEAR).to_bits())
+}
+
+/// Coefficient of the n-th power in steps x log2 of (1 + t) / (1 - t).
+const fn term(steps: i32, n: i32) -> f32 {
+    (steps as f64 * 2.0 / LN_2 / n as f64) as f32
+}
+
+/// `STEPS` log2 y cut to a whole number, and whether the cut is not sure.
+#[inline(always)]
+fn log_code<const STEPS: i32>(y: f32) -> (i32, bool) {
+    // y = 2^e m, m from sqrt(1/2) to sqrt(2); log2 m = 2 / ln 2 atanh((m - 1) / (m + 1)).
+    const ROOT: i32 = 0x3f35_04f3; // sqrt(1/2)
+    let above = (y.to_bits() as i32).wrapping_sub(ROOT);
+    let m = f32::from_bits(((above & 0x007f_ffff) + ROOT) as u32);
+    let t = (m - 1.0) / (m + 1.0);
+    let t2 = t * t;
+    let [a, b, c, d, e] = const { [term(STEPS, 1), term(STEPS, 3), term(STEPS, 5), term(STEPS, 7), term(STEPS, 9)] };
+    let part = t * (a + t2 * (b + t2 * (c + t2 * (d + t2 * e))));
+    let (code, unsure) = cut(part);
+    (code + (above >> 23) * STEPS, unsure)
+}
+
+/// Luminances: up to the first all is black; from the second to under the third they are coded side by side, others, negative
+/// ones and NaN by themselves.
+#[derive(Clone, Copy)]
+struct Bounds {
+    black: u32,
+    bottom: u32,
+    top: u32,
+}
+
+impl Bounds {
+    const LOG_32: Bounds = Bounds::new([BLACK_32 as f32, 5.5e-20, TOP_32 as f32]);
+    const LOG_24: Bounds = Bounds::new([BLACK_24 as f32, 2.5e-4, TOP_24 as f32]);
+
+    const fn new([black, bottom, top]: [f32; 3]) -> Bounds {
+        Bounds { black: black.to_bits(), bottom: bottom.to_bits(), top: top.to_bits() }
+    }
+
+    /// Positive floats compare as their bits do, and negative ones and NaN have larger bits than all.
+    #[inline(always)]
+    fn is_black(self, y: f32) -> bool {
+        y.to_bits() <= self.black
+    }
+
+    #[inline(always)]
+    fn is_outside(self, y: f32) -> bool {
+        y.to_bits().wrapping_sub(self.bottom) >= self.top - self.bottom
+    }
+}
+
+/// Some pixels as planes.
+type Group = [[f32; GROUP]; 3];
+
+/// Pixels times `factor` as planes.
+#[inline(always)]
+fn planes(triples: &[f32; 3 * GROUP], factor: f32) -> Group {
+    let mut group = [[0f32; GROUP]; 3];
+    let [x, y, z] = &mut group;
+    for i in 0..GROUP {
+        x[i] = triples[3 * i] * factor;
+        y[i] = triples[3 * i + 1] * factor;
+        z[i] = triples[3 * i + 2] * factor;
+    }
+    group
+}
+
+/// A row's last pixels, made up to a group by black ones.
+fn padded(rest: &[f32]) -> [f32; 3 * GROUP] {
+    let mut group = [0.0; 3 * GROUP];
+    group[..rest.len()].copy_from_slice(rest);
+    group
+}
+
+/// Which pixels of a group must be looked at by themselves.
+#[inline(always)]
+fn doubtful(doubts: &[bool; GROUP]) -> impl Iterator<Item = usize> {
+    let any = doubts.iter().fold(false, |any, doubt| any | doubt);
+    (0..if any { GROUP } else { 0 }).filter(|i| doubts[*i])
+}
+
+/// Encodes triples, each times `factor`, to the four byte planes of 32-bit words.
+pub fn encode_32(triples: &[f32], factor: f32, out: &mut Planes, losses: &mut Losses) {
+    out.iter_mut().for_each(|plane| plane.resize(triples.len() / 3, 0));
+    simd::wide(
+        #[inline(always)]
+        || {
+            let (groups, rest) = triples.as_chunks();
+            let [a, b, c, d] = out.each_mut().map(|plane| plane.as_chunks_mut());
+            let targets = a.0.iter_mut().zip(b.0).zip(c.0).zip(d.0);
+            for (group, (((a, b), c), d)) in groups.iter().zip(targets) {
+                group_32(&planes(group, factor), [a, b, c, d], losses);
+            }
+            if !rest.is_empty() {
+                let mut bytes = [[0; GROUP]; 4];
+                group_32(&planes(&padded(rest), factor), bytes.each_mut(), losses);
+                [a.1, b.1, c.1, d.1].into_iter().zip(&bytes).for_each(|(p, b)| p.copy_from_slice(&b[..p.len()]));
+            }
+        },
+    );
+}
+
+/// The bytes of a group.
+#[inline(always)]
+fn group_32(group: &Group, [high, low, us, vs]: [&mut [u8; GROUP]; 4], losses: &mut Losses) {
+    const BOUNDS: Bounds = Bounds::LOG_32;
+    let ([x, y, z], mut doubts, mut under) = (group, [false; GROUP], 0);
+    for i in 0..GROUP {
+        let (black, outside) = (BOUNDS.is_black(y[i]), BOUNDS.is_outside(y[i]));
+        under += u32::from(black & (y[i].to_bits() != 0));
+        let [x, y, z] = [x[i], y[i], z[i]].map(|c| if black { GREY } else { c });
+        let scale = UV_SCALE as f32 / (x + 15.0 * y + 3.0 * z);
+        let ((u, unsure_u), (v, unsure_v)) = (cut(4.0 * x * scale), cut(9.0 * y * scale));
+        let (l, unsure) = log_code::<256>(y);
+        let l = if black { 0 } else { l + 256 * 64 };
+        high[i] = (l >> 8) as u8;
+        low[i] = l as u8;
+        us[i] = u as u8;
+        vs[i] = v as u8;
+        // What is not finite gives a code out of range, or one that is not sure.
+        doubts[i] = outside & !black | unsure | unsure_u | unsure_v | ((u | v) as u32 > 255);
+    }
+    losses.under += u64::from(under);
+    for i in doubtful(&doubts) {
+        let word = word_32([x[i], y[i], z[i]], [0.0; 3], losses);
+        [high[i], low[i], us[i], vs[i]] = word.to_be_bytes();
+    }
+}
+
+/// Encodes triples, each times `factor`, to 24-bit words, appended with the most significant byte first.
+pub fn encode_24(triples: &[f32], factor: f32, cells: &Cells, out: &mut Vec<u8>, losses: &mut Losses) {
+    simd::wide(
+        #[inline(always)]
+        || {
+            let (groups, rest) = triples.as_chunks();
+            for group in groups {
+                out.extend_from_slice(&group_24(&planes(group, factor), cells, losses));
+            }
+            if !rest.is_empty() {
+                out.extend_from_slice(&group_24(&planes(&padded(rest), factor), cells, losses)[..rest.len()]);
+            }
+        },
+    );
+}
+
+/// The words of a group, three bytes each.
+#[inline(always)]
+fn group_24(group: &Group, cells: &Cells, losses: &mut Losses) -> [u8; 3 * GROUP] {
+    const BOUNDS: Bounds = Bounds::LOG_24;
+    let ([x, y, z], mut words, mut doubts, mut under) = (group, [0; GROUP], [false; GROUP], 0);
+    let (mut us, mut rows) = ([0f32; GROUP], [0u8; GROUP]);
+    let (mut starts, mut counts, mut firsts) = ([0f32; GROUP], [0; GROUP], [0; GROUP]);
+    for i in 0..GROUP {
+        let (black, outside) = (BOUNDS.is_black(y[i]), BOUNDS.is_outside(y[i]));
+        under += u32::from(black & (y[i].to_bits() != 0));
+        let [x, y, z] = [x[i], y[i], z[i]].map(|c| if black { GREY } else { c });
+        let scale = 1.0 / (x + 15.0 * y + 3.0 * z);
+        us[i] = 4.0 * x * scale;
+        let (row, unsure_row) = cut((9.0 * y * scale - cells::V_START as f32) * (1.0 / cells::SIDE) as f32);
+        rows[i] = row as u8;
+        let (l, unsure) = log_code::<64>(y);
+        words[i] = if black { 0 } else { ((l + 64 * 12) as u32) << 14 };
+        doubts[i] = outside & !black | unsure | unsure_row | (row as u32 > 255);
+    }
+    losses.under += u64::from(under);
+    for i in 0..GROUP {
+        (starts[i], counts[i], firsts[i]) = cells.row(rows[i]);
+    }
+    for i in 0..GROUP {
+        let (cell, unsure) = cut((us[i] - starts[i]) * (1.0 / cells::SIDE) as f32);
+        doubts[i] |= unsure | (cell as u32 >= counts[i]);
+        words[i] |= firsts[i].wrapping_add(cell as u32);
+    }
+    for i in doubtful(&doubts) {
+        words[i] = word_24([x[i], y[i], z[i]], [0.0; 3], cells, losses);
+    }
+    let mut bytes = [0; 3 * GROUP];
+    for (three, word) in bytes.chunks_exact_mut(3).zip(&words) {
+        three.copy_from_slice(&word.to_be_bytes()[1..]);
+    }
+    bytes
+}
