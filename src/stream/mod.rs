@@ -11,6 +11,7 @@ pub mod reader;
 pub mod resolution;
 pub mod rgbe;
 pub mod rle;
+mod scanlines;
 pub mod source;
 pub mod spool;
 pub mod tristimulus;

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::notes::Notes;
 use crate::stream::meaning::{self, Coding, Meaning, Overrides};
-use crate::stream::{Block, Header, Picture, header, picture, rgbe};
+use crate::stream::{Block, Header, Picture, header, picture, rgbe, scanlines};
 use crate::{Error, Result, invalid};
 
 /// A scanline of more floats (1 GiB) is refused: no input of sensible size could fill it.
@@ -115,6 +115,19 @@ impl Input {
         self.bytes.seek_to(mark).map_err(|e| Error::io(self.name.clone(), e))
     }
 
+    /// Back to a position, if it is a regular file; false if not.
+    pub(super) fn restart(&mut self, position: u64) -> Result<bool> {
+        if self.seekable {
+            self.back_to(position)?;
+        }
+        Ok(self.seekable)
+    }
+
+    /// True while bytes are left.
+    pub(super) fn has_rest(&mut self) -> bool {
+        self.bytes.fill_buf().is_ok_and(|rest| !rest.is_empty())
+    }
+
     /// Up to `count` bytes that come next; they stay to be read.
     pub fn peek(&mut self, count: usize) -> Result<Vec<u8>> {
         let mut first = Vec::new();
@@ -138,7 +151,6 @@ pub struct Reader {
     header: Header,
     coding: Coding,
     factors: Option<Vec<f32>>,
-    decoder: rgbe::Decoder,
     /// Byte position of the first pixel, for seekable input.
     start: u64,
     row: usize,
@@ -161,7 +173,11 @@ pub fn open(mut input: Input, overrides: &Overrides, notes: &Notes) -> Result<Bo
     }
     let start = if input.seekable { input.bytes.position().map_err(|e| Error::io(name, e))? } else { 0 };
     let notes = notes.clone();
-    Ok(Box::new(Reader { input, header, coding, factors, decoder: Default::default(), start, row: 0, notes }))
+    if matches!(coding, Coding::Rgbe | Coding::Xyze) {
+        let factors = factors.map_or([1.0; 3], |f| [f[0], f[1], f[2]]);
+        return Ok(scanlines::open(input, start, header, factors, notes));
+    }
+    Ok(Box::new(Reader { input, header, coding, factors, start, row: 0, notes }))
 }
 
 impl Reader {
@@ -175,16 +191,7 @@ impl Reader {
                     data.iter_mut().for_each(|x| *x = f32::from_bits(x.to_bits().swap_bytes()));
                 }
             }
-            Coding::Rgbe | Coding::Xyze => {
-                let width = self.header.resolution.scanline_len();
-                let factors = self.factors.as_ref().map_or([1.0; 3], |f| [f[0], f[1], f[2]]);
-                for row in 0..rows {
-                    let scanline = self.decoder.scanline(&mut self.input.bytes, width, factors, data, row * per_row);
-                    scanline.map_err(|e| (row, e))?;
-                }
-                data.truncate(rows * per_row);
-            }
-            Coding::Double(_) | Coding::Spectra => {
+            _ => {
                 data.clear();
                 for row in 0..rows {
                     self.read_coded_row(data).map_err(|e| (row, e))?;
@@ -207,13 +214,13 @@ impl Reader {
         match self.coding {
             Coding::Spectra => rgbe::spectral_scanline(input, width, self.header.ncomp, factor, data),
             Coding::Double(swap) => read_doubles(input, width * self.header.ncomp, swap, data),
-            Coding::Float(_) | Coding::Rgbe | Coding::Xyze => Ok(()), // read in blocks
+            Coding::Float(_) | Coding::Rgbe | Coding::Xyze => Ok(()), // the former is read in blocks, the others elsewhere
         }
     }
 
     /// After the last row: anything left is worth a word.
     fn check_end(&mut self) {
-        if self.decoder.has_rest() || self.input.bytes.fill_buf().is_ok_and(|rest| !rest.is_empty()) {
+        if self.input.has_rest() {
             self.notes.add(format!("{}: bytes after the last row are ignored", self.input.name));
         }
     }
@@ -245,19 +252,13 @@ impl Picture for Reader {
     }
 
     fn rewind(&mut self) -> Result<bool> {
-        if !self.input.seekable {
-            return Ok(false);
-        }
-        let name = &self.input.name;
-        self.input.bytes.seek_to(self.start).map_err(|e| Error::io(name.clone(), e))?;
-        self.decoder.clear();
         self.row = 0;
-        Ok(true)
+        self.input.restart(self.start)
     }
 }
 
 /// An early end is a fact about the picture, not about the system.
-fn explain(error: Error, row: usize, total: usize) -> Error {
+pub(super) fn explain(error: Error, row: usize, total: usize) -> Error {
     match error {
         Error::Io { source, .. } if source.kind() == std::io::ErrorKind::UnexpectedEof => {
             Error::Invalid(format!("picture ends at row {row} of {total}"))

@@ -3,11 +3,10 @@
 //! Encoding truncates and decoding adds half a step, as Radiance does: the mean is unbiased and decode, encode, decode
 //! changes nothing. How the bytes of a scanline lie is [`crate::stream::rle`]'s.
 
-use std::io::{BufRead, Read};
+use std::io::BufRead;
 
-use crate::color::matrix::{LANES, join, split};
-use crate::simd::{self, bound};
-use crate::stream::rle::{self, Planes};
+use crate::simd::{self, GROUP, bound};
+use crate::stream::rle::Planes;
 use crate::{Error, Result};
 
 /// 2^(e - 128) for an exponent byte; 0 for the byte 0, which means black. 2^-127 is a subnormal, still exact.
@@ -23,74 +22,38 @@ fn mantissa(byte: u8) -> f32 {
     (f32::from(byte) + 0.5) * (1.0 / 256.0)
 }
 
-/// Decodes scanlines of RGBE or XYZE.
-#[derive(Default)]
-pub struct Decoder {
-    runs: rle::Decoder,
-    planes: Planes,
-}
-
-impl Decoder {
-    /// Decodes one scanline of `width` pixels, times `factors`, to three floats a pixel from `out[at]` on. `out` grows only
-    /// for what has arrived.
-    pub fn scanline(
-        &mut self,
-        input: &mut dyn Read,
-        width: usize,
-        factors: [f32; 3],
-        out: &mut Vec<f32>,
-        at: usize,
-    ) -> Result<()> {
-        self.runs.scanline(input, width, &mut self.planes)?;
-        let end = at + 3 * width;
-        if out.len() < end {
-            out.resize(end, 0.0);
-        }
-        decode_pixels(&self.planes, factors, &mut out[at..end]);
-        Ok(())
-    }
-
-    /// Forgets what was read ahead.
-    pub fn clear(&mut self) {
-        self.runs.clear();
-    }
-
-    /// True while bytes that were read ahead are left.
-    pub fn has_rest(&self) -> bool {
-        self.runs.has_rest()
-    }
-}
-
-/// Planes to pixel-interleaved triples.
-fn decode_pixels(planes: &Planes, factors: [f32; 3], out: &mut [f32]) {
+/// Planes to pixel-interleaved triples, each component times its factor.
+pub fn decode_pixels(planes: &Planes, factors: [f32; 3], out: &mut [f32]) {
     simd::wide(
         #[inline(always)]
         || {
-            let [r, g, b, e] = planes;
-            let lanes = |plane: &[u8], at: usize| plane[at..].first_chunk::<LANES>().copied();
-            let mut at = 0;
-            // Plain loops over arrays: closures are not always inlined, and then not vectorised.
-            while let (Some(target), Some(r), Some(g), Some(b), Some(e)) =
-                (out[3 * at..].first_chunk_mut(), lanes(r, at), lanes(g, at), lanes(b, at), lanes(e, at))
-            {
-                let mut values = [[0f32; LANES]; 3];
-                for i in 0..LANES {
-                    let scale = scale(e[i]);
-                    values[0][i] = mantissa(r[i]) * scale * factors[0];
-                    values[1][i] = mantissa(g[i]) * scale * factors[1];
-                    values[2][i] = mantissa(b[i]) * scale * factors[2];
-                }
-                *target = join(&values);
-                at += LANES;
+            let [r, g, b, e] = planes.each_ref().map(|plane| plane.as_chunks());
+            let (groups, rest) = out.as_chunks_mut();
+            for ((((out, r), g), b), e) in groups.iter_mut().zip(r.0).zip(g.0).zip(b.0).zip(e.0) {
+                decode_group([r, g, b, e], factors, out);
             }
-            for (i, pixel) in out[3 * at..].chunks_exact_mut(3).enumerate() {
-                let scale = scale(e[at + i]);
-                for ((value, plane), factor) in pixel.iter_mut().zip([r, g, b]).zip(factors) {
-                    *value = mantissa(plane[at + i]) * scale * factor;
-                }
+            if !rest.is_empty() {
+                let last = [r.1, g.1, b.1, e.1].map(|plane| {
+                    let mut group = [0; GROUP];
+                    group[..plane.len()].copy_from_slice(plane);
+                    group
+                });
+                let mut colours = [0f32; 3 * GROUP];
+                decode_group(last.each_ref(), factors, &mut colours);
+                rest.copy_from_slice(&colours[..rest.len()]);
             }
         },
     )
+}
+
+#[inline(always)]
+fn decode_group([r, g, b, e]: [&[u8; GROUP]; 4], factors: [f32; 3], out: &mut [f32; 3 * GROUP]) {
+    for i in 0..GROUP {
+        let scale = scale(e[i]);
+        out[3 * i] = mantissa(r[i]) * scale * factors[0];
+        out[3 * i + 1] = mantissa(g[i]) * scale * factors[1];
+        out[3 * i + 2] = mantissa(b[i]) * scale * factors[2];
+    }
 }
 
 /// Appends a flat scanline of hyperspectral pixels, `ncomp` mantissas and an exponent each, times `factor`.
@@ -171,64 +134,60 @@ pub fn encode_pixels(triples: &[f32], factor: f32, planes: &mut Planes, losses: 
     simd::wide(
         #[inline(always)]
         || {
-            let mut at = 0;
-            while let Some(group) = triples[3 * at..].first_chunk::<{ 3 * LANES }>() {
-                match encode_group(split(group), factor, planes, at) {
-                    Some(negative) => losses.negative += u64::from(negative),
-                    None => encode_some(group, factor, planes, at, losses),
-                }
-                at += LANES;
+            let (groups, rest) = triples.as_chunks();
+            let [r, g, b, e] = planes.each_mut().map(|plane| plane.as_chunks_mut());
+            let targets = r.0.iter_mut().zip(g.0).zip(b.0).zip(e.0);
+            for (group, (((r, g), b), e)) in groups.iter().zip(targets) {
+                encode_group(group, factor, [r, g, b, e], losses);
             }
-            encode_some(&triples[3 * at..], factor, planes, at, losses);
+            if !rest.is_empty() {
+                let (mut group, mut bytes) = ([0.0; 3 * GROUP], [[0; GROUP]; 4]);
+                group[..rest.len()].copy_from_slice(rest);
+                encode_group(&group, factor, bytes.each_mut(), losses);
+                [r.1, g.1, b.1, e.1].into_iter().zip(&bytes).for_each(|(p, b)| p.copy_from_slice(&b[..p.len()]));
+            }
         },
     );
 }
 
-/// Encodes pixels side by side, in whole numbers: positive floats compare as their bits do. `None` where one needs care: it is
-/// too large or not a number. Otherwise how many had a negative component, which becomes 0.
+/// Encodes pixels side by side, in whole numbers, as positive floats compare as their bits do; those with a component that is too
+/// large or not a number by themselves.
 #[inline(always)]
-fn encode_group(values: [[f32; LANES]; 3], factor: f32, planes: &mut Planes, at: usize) -> Option<u32> {
-    let (mut bits, mut negative, mut widest) = ([[0u32; LANES]; 3], [0i32; LANES], 0);
-    for (bits, values) in bits.iter_mut().zip(&values) {
-        for i in 0..LANES {
-            let raw = (values[i] * factor).to_bits() as i32;
-            widest = widest.max(raw & i32::MAX);
-            negative[i] |= raw & raw.wrapping_sub(1); // a sign for what is under 0, none for -0
-            bits[i] = (raw & !(raw >> 31)) as u32;
+fn encode_group(triples: &[f32; 3 * GROUP], factor: f32, [r, g, b, e]: [&mut [u8; GROUP]; 4], losses: &mut Losses) {
+    const TOP: i32 = LARGEST.to_bits() as i32;
+    let (mut bits, mut largest, mut negative, mut widest) = ([[0u32; GROUP]; 3], [0u32; GROUP], 0, 0);
+    let [reds, greens, blues] = &mut bits;
+    for i in 0..GROUP {
+        let x = (triples[3 * i] * factor).to_bits() as i32;
+        let y = (triples[3 * i + 1] * factor).to_bits() as i32;
+        let z = (triples[3 * i + 2] * factor).to_bits() as i32;
+        widest = widest.max(x & i32::MAX).max(y & i32::MAX).max(z & i32::MAX);
+        // A sign for what is under 0, none for -0.
+        negative += (x & x.wrapping_sub(1) | y & y.wrapping_sub(1) | z & z.wrapping_sub(1)) as u32 >> 31;
+        let [x, y, z] = [(x & !(x >> 31)) as u32, (y & !(y >> 31)) as u32, (z & !(z >> 31)) as u32];
+        largest[i] = x.max(y).max(z);
+        (reds[i], greens[i], blues[i]) = (x, y, z);
+    }
+    if widest > TOP {
+        let colours = triples.as_chunks::<3>().0.iter().map(|c| c.map(|x| x * factor));
+        for (i, colour) in colours.enumerate() {
+            [r[i], g[i], b[i], e[i]] = encode_pixel(colour, losses);
         }
+        return;
     }
-    if widest > LARGEST.to_bits() as i32 {
-        return None;
-    }
-    let mut largest = [0u32; LANES];
-    for i in 0..LANES {
-        largest[i] = bits[0][i].max(bits[1][i]).max(bits[2][i]);
-    }
-    let mut codes = [[0u8; LANES]; 4];
-    for i in 0..LANES {
-        codes[3][i] = if largest[i] > BLACK.to_bits() { ((largest[i] >> 23) + 2) as u8 } else { 0 };
-    }
-    for (code, bits) in codes.iter_mut().zip(&bits) {
-        for i in 0..LANES {
-            // The significand's leading eight bits, less by as many as the component's exponent is under the largest one's.
-            let shift = 16 + (largest[i] >> 23) - (bits[i] >> 23);
-            let significand = (bits[i] & 0x007f_ffff) | 0x0080_0000;
-            let byte = (significand >> shift.min(31)) as u8;
-            code[i] = if largest[i] > BLACK.to_bits() { byte } else { 0 };
-        }
-    }
-    for (plane, code) in planes.iter_mut().zip(&codes) {
-        plane[at..at + LANES].copy_from_slice(code);
-    }
-    Some(negative.iter().fold(0, |n, sign| n + (*sign as u32 >> 31)))
-}
-
-/// Pixel by pixel.
-#[inline(never)]
-fn encode_some(triples: &[f32], factor: f32, planes: &mut Planes, at: usize, losses: &mut Losses) {
-    for (i, c) in triples.chunks_exact(3).enumerate() {
-        let pixel = encode_pixel([c[0] * factor, c[1] * factor, c[2] * factor], losses);
-        planes.iter_mut().zip(pixel).for_each(|(plane, byte)| plane[at + i] = byte);
+    losses.negative += u64::from(negative);
+    for i in 0..GROUP {
+        let largest = largest[i];
+        // The significand's leading eight bits, less by as many as the component's exponent is under the largest one's.
+        let byte = |bits: u32| {
+            let shift = 16 + (largest >> 23) - (bits >> 23);
+            ((bits & 0x007f_ffff) | 0x0080_0000) >> shift.min(31)
+        };
+        let visible = if largest > BLACK.to_bits() { u32::MAX } else { 0 };
+        r[i] = (byte(reds[i]) & visible) as u8;
+        g[i] = (byte(greens[i]) & visible) as u8;
+        b[i] = (byte(blues[i]) & visible) as u8;
+        e[i] = (((largest >> 23) + 2) & visible) as u8;
     }
 }
 

@@ -44,7 +44,7 @@ impl Runs {
 }
 
 /// Bytes asked for at a time.
-const CHUNK: usize = 256 << 10;
+const CHUNK: usize = 64 << 10;
 
 /// A scanline as planes: three mantissas and the exponents.
 pub type Planes = [Vec<u8>; 4];
@@ -52,8 +52,10 @@ pub type Planes = [Vec<u8>; 4];
 /// Decodes scanlines, reading ahead.
 #[derive(Default)]
 pub struct Decoder {
+    /// Bytes read lie from `at` to `end`; what follows is room for more.
     ahead: Vec<u8>,
     at: usize,
+    end: usize,
 }
 
 /// What is decoded does not end in the bytes at hand.
@@ -63,19 +65,19 @@ pub struct Short;
 impl Decoder {
     /// Forgets what was read ahead.
     pub fn clear(&mut self) {
-        self.ahead.clear();
-        self.at = 0;
+        (self.at, self.end) = (0, 0);
     }
 
     /// True while bytes that were read ahead are left.
     pub fn has_rest(&self) -> bool {
-        self.at < self.ahead.len()
+        self.at < self.end
     }
 
-    /// The next scanline of `width` pixels. Memory grows with what arrives, not with what `width` claims.
-    pub fn scanline(&mut self, input: &mut dyn Read, width: usize, planes: &mut Planes) -> Result<()> {
+    /// The next scanline of `width` pixels, into the planes from `to` on. Memory grows with what arrives, not with what `width`
+    /// claims.
+    pub fn scanline(&mut self, input: &mut dyn Read, width: usize, planes: &mut Planes, to: usize) -> Result<()> {
         loop {
-            match decode(&self.ahead[self.at..], width, planes)? {
+            match decode(&self.ahead[self.at..self.end], width, planes, to)? {
                 Ok(taken) => {
                     self.at += taken;
                     return Ok(());
@@ -87,30 +89,34 @@ impl Decoder {
 
     /// Reads what there is, at least one byte, and as much as lies here already, so that retries stay few.
     fn refill(&mut self, input: &mut dyn Read) -> Result<()> {
-        self.ahead.drain(..self.at);
-        self.at = 0;
-        let have = self.ahead.len();
-        self.ahead.resize(have + CHUNK.max(have), 0);
+        self.ahead.copy_within(self.at..self.end, 0);
+        (self.at, self.end) = (0, self.end - self.at);
+        let wanted = self.end + CHUNK.max(self.end);
+        if self.ahead.len() < wanted {
+            self.ahead.resize(wanted, 0);
+        }
         let got = loop {
-            match input.read(&mut self.ahead[have..]) {
+            match input.read(&mut self.ahead[self.end..wanted]) {
                 Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
                 other => break other,
             }
         };
-        self.ahead.truncate(have + got.as_ref().copied().unwrap_or(0));
         match got {
             Ok(0) => Err(Error::io("", std::io::ErrorKind::UnexpectedEof.into())),
-            Ok(_) => Ok(()),
+            Ok(count) => {
+                self.end += count;
+                Ok(())
+            }
             Err(e) => Err(Error::io("", e)),
         }
     }
 }
 
-/// Decodes one scanline at the head of `bytes`; gives the number of bytes it took.
-fn decode(bytes: &[u8], width: usize, planes: &mut Planes) -> Result<Result<usize, Short>> {
+/// Decodes one scanline at the head of `bytes`, into the planes from `to` on; gives the number of bytes it took.
+fn decode(bytes: &[u8], width: usize, planes: &mut Planes, to: usize) -> Result<Result<usize, Short>> {
     let Some(&[a, b, high, low]) = bytes.first_chunk() else { return Ok(Err(Short)) };
     if a != 2 || b != 2 || high >= 128 {
-        return decode_old(bytes, width, planes);
+        return decode_old(bytes, width, planes, to);
     }
     let stated = usize::from(high) << 8 | usize::from(low);
     if stated != width {
@@ -118,8 +124,8 @@ fn decode(bytes: &[u8], width: usize, planes: &mut Planes) -> Result<Result<usiz
     }
     let mut at = 4;
     for plane in planes {
-        plane.resize(width, 0);
-        match Runs::RADIANCE.decode(&bytes[at..], plane)? {
+        plane.resize(plane.len().max(to + width), 0);
+        match Runs::RADIANCE.decode(&bytes[at..], &mut plane[to..to + width])? {
             Ok(taken) => at += taken,
             Err(Short) => return Ok(Err(Short)),
         }
@@ -163,10 +169,10 @@ impl Runs {
 }
 
 /// Flat pixels with old-style repeats.
-fn decode_old(bytes: &[u8], width: usize, planes: &mut Planes) -> Result<Result<usize, Short>> {
-    planes.iter_mut().for_each(Vec::clear);
+fn decode_old(bytes: &[u8], width: usize, planes: &mut Planes, to: usize) -> Result<Result<usize, Short>> {
+    planes.iter_mut().for_each(|plane| plane.truncate(to));
     let (mut at, mut shift) = (0, 0);
-    while planes[0].len() < width {
+    while planes[0].len() < to + width {
         let Some(&pixel) = bytes[at..].first_chunk::<4>() else { return Ok(Err(Short)) };
         at += 4;
         if pixel[..3] != [1, 1, 1] {
@@ -176,12 +182,14 @@ fn decode_old(bytes: &[u8], width: usize, planes: &mut Planes) -> Result<Result<
         }
         let count = usize::from(pixel[3]) << shift;
         let done = planes[0].len();
-        let Some(last) = done.checked_sub(1) else { return invalid!("a scanline begins with a repeat count") };
-        if count > width - done {
+        if done == to {
+            return invalid!("a scanline begins with a repeat count");
+        }
+        if count > to + width - done {
             return invalid!("a repeat of {count} pixels runs past the end of the scanline");
         }
         for plane in planes.iter_mut() {
-            plane.resize(done + count, plane[last]);
+            plane.resize(done + count, plane[done - 1]);
         }
         shift = (shift + 8).min(24);
     }
@@ -314,7 +322,7 @@ mod tests {
 
     fn decoded(bytes: &[u8], width: usize) -> Result<Planes> {
         let mut planes = Planes::default();
-        Decoder::default().scanline(&mut &*bytes, width, &mut planes).map(|()| planes)
+        Decoder::default().scanline(&mut &*bytes, width, &mut planes, 0).map(|()| planes)
     }
 
     #[test]
@@ -355,7 +363,7 @@ mod tests {
                     pieces = Box::new(pieces.chain(piece));
                 }
                 let mut got = Planes::default();
-                Decoder::default().scanline(&mut pieces, width, &mut got).unwrap();
+                Decoder::default().scanline(&mut pieces, width, &mut got, 0).unwrap();
                 prop_assert_eq!(&got, &planes);
             }
         }

@@ -19,8 +19,7 @@ pub mod strips;
 
 use std::f64::consts::LN_2;
 
-use crate::color::matrix::LANES;
-use crate::simd;
+use crate::simd::{self, GROUP};
 use crate::stream::rle::Planes;
 use cells::Cells;
 
@@ -216,45 +215,41 @@ impl Decoder {
         simd::wide(
             #[inline(always)]
             || {
-                let lanes = |plane: &[u8], at: usize| plane[at..].first_chunk::<LANES>().copied();
-                let [a, b, c, d] = planes;
-                let mut at = 0;
-                while let (Some(out), Some(a), Some(b), Some(c), Some(d)) =
-                    (out[3 * at..].first_chunk_mut(), lanes(a, at), lanes(b, at), lanes(c, at), lanes(d, at))
-                {
-                    self.group(&[a, b, c, d], factor, out);
-                    at += LANES;
+                let [high, low, u, v] = planes.each_ref().map(|plane| plane.as_chunks());
+                let (groups, rest) = out.as_chunks_mut();
+                for ((((out, high), low), u), v) in groups.iter_mut().zip(high.0).zip(low.0).zip(u.0).zip(v.0) {
+                    self.group([high, low, u, v], factor, out);
                 }
-                let left = a.len() - at;
-                if left > 0 {
-                    let mut last = [[0u8; LANES]; 4];
-                    last.iter_mut().zip(planes).for_each(|(l, plane)| l[..left].copy_from_slice(&plane[at..]));
-                    let mut colours = [0f32; 3 * LANES];
-                    self.group(&last, factor, &mut colours);
-                    out[3 * at..].copy_from_slice(&colours[..3 * left]);
+                if !rest.is_empty() {
+                    let last = [high.1, low.1, u.1, v.1].map(|plane| {
+                        let mut group = [0; GROUP];
+                        group[..plane.len()].copy_from_slice(plane);
+                        group
+                    });
+                    let mut colours = [0f32; 3 * GROUP];
+                    self.group(last.each_ref(), factor, &mut colours);
+                    rest.copy_from_slice(&colours[..rest.len()]);
                 }
             },
         );
     }
 
     #[inline(always)]
-    fn group(&self, [high, low, u, v]: &[[u8; LANES]; 4], factor: f32, out: &mut [f32; 3 * LANES]) {
-        let (mut y, mut xz) = ([0f32; LANES], [[0f64; LANES]; 2]);
-        for i in 0..LANES {
-            y[i] = self.mantissas[usize::from(low[i])];
+    fn group(&self, [high, low, u, v]: [&[u8; GROUP]; 4], factor: f32, out: &mut [f32; 3 * GROUP]) {
+        let mut mantissas = [0f32; GROUP];
+        for i in 0..GROUP {
+            mantissas[i] = self.mantissas[usize::from(low[i])];
         }
-        for i in 0..LANES {
+        for i in 0..GROUP {
             let power = f32::from_bits((u32::from(high[i] & 0x7f) + 63) << 23);
             let visible = high[i] < 0x80 && (high[i] | low[i]) != 0;
-            y[i] = if visible { y[i] * power * factor } else { 0.0 };
+            let y = if visible { mantissas[i] * power * factor } else { 0.0 };
             let u = (f64::from(u[i]) + 0.5) * (1.0 / UV_SCALE);
             let v = (f64::from(v[i]) + 0.5) * (1.0 / UV_SCALE);
-            (xz[0][i], xz[1][i]) = over_y(u, v);
-        }
-        for i in 0..LANES {
-            out[3 * i] = (xz[0][i] * f64::from(y[i])) as f32;
-            out[3 * i + 1] = y[i];
-            out[3 * i + 2] = (xz[1][i] * f64::from(y[i])) as f32;
+            let (x, z) = over_y(u, v);
+            out[3 * i] = (x * f64::from(y)) as f32;
+            out[3 * i + 1] = y;
+            out[3 * i + 2] = (z * f64::from(y)) as f32;
         }
     }
 }

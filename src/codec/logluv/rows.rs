@@ -5,12 +5,9 @@ use std::f64::consts::LN_2;
 
 use super::cells::{self, Cells};
 use super::{BLACK_24, BLACK_32, Losses, TOP_24, TOP_32, UV_SCALE, word_24, word_32};
-use crate::simd;
+use crate::simd::{self, GROUP};
 use crate::stream::rle::Planes;
 
-/// Pixels coded together: so many that loops over them stay loops, which the compiler turns into vectors of any width, and so
-/// few that all about them stays in the nearest cache.
-const GROUP: usize = 128;
 /// Closer to a whole number than this, a code is found by itself in double precision: what many have in single precision is
 /// good to 7e-5 (five roundings of numbers up to 256).
 const NEAR: f32 = 1e-4;

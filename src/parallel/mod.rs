@@ -1,10 +1,13 @@
 //! How many threads, and how rows are dealt to them.
 
+mod ahead;
+
 use std::sync::{Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
 use crate::{Error, Result};
+pub use ahead::{Ahead, Pieces};
 
 /// A larger request is brought down to this many threads a processor.
 const MOST_A_PROCESSOR: usize = 4;
