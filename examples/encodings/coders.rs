@@ -26,6 +26,8 @@ pub enum Coder {
     LogLuv32,
     /// Companded components.
     PixarLog,
+    /// The same, with the codes that libtiff's encoder chooses.
+    PixarLogOfLibtiff,
     /// Halves.
     Half,
     /// Floats.
@@ -70,6 +72,10 @@ pub const ENCODINGS: [Encoding; 11] = [
     encoding("EXR float XYZ", "ra_exr --float --to XYZ", 96, Coder::Float),
 ];
 
+/// Pixar log as libtiff writes it, to compare with.
+pub const LIBTIFF_PIXAR: Encoding =
+    of(Primaries::BT709, encoding("Pixar log of libtiff", "tiffcp", 33, Coder::PixarLogOfLibtiff));
+
 /// One of [`ENCODINGS`].
 pub fn named(name: &str) -> Encoding {
     *ENCODINGS.iter().find(|e| e.name == name).expect("an encoding of the list")
@@ -102,11 +108,8 @@ impl Encoding {
             Coder::SharedExponent => shared_exponent(components),
             Coder::LogLuv24 { dithered } => logluv_24(components, dithered),
             Coder::LogLuv32 => logluv_32(components),
-            Coder::PixarLog => {
-                let outside = components.chunks_exact(3).filter(|c| c.iter().any(|x| *x < 0.0)).count();
-                let nearest = |x: &f32| pixarlog::values()[usize::from(pixarlog::code(*x))];
-                (components.iter().map(nearest).collect(), outside as u64)
-            }
+            Coder::PixarLog => companded(components, pixarlog::code),
+            Coder::PixarLogOfLibtiff => companded(components, libtiff_codes()),
             Coder::Half => (components.iter().map(|x| f16::from_f32(*x).to_f32()).collect(), 0),
             Coder::Float => (components.to_vec(), 0),
         };
@@ -116,6 +119,32 @@ impl Encoding {
     /// XYZ that come back for XYZ.
     pub fn seen(&self, xyz: &[[f64; 3]]) -> Vec<[f64; 3]> {
         self.xyz(&self.trip(&self.components(xyz)).components)
+    }
+}
+
+fn companded(components: &[f32], code: impl Fn(f32) -> u16) -> (Vec<f32>, u64) {
+    let outside = components.chunks_exact(3).filter(|c| c.iter().any(|x| *x < 0.0)).count();
+    (components.iter().map(|x| pixarlog::values()[usize::from(code(*x))]).collect(), outside as u64)
+}
+
+/// The codes of libtiff's `tif_pixarlog.c`: a value under 2 is cut to a step of the linear part, and that step has the code from
+/// whose lower neighbour it is farther, by ratio.
+fn libtiff_codes() -> impl Fn(f32) -> u16 {
+    let values = pixarlog::values();
+    let step = f64::from(values[1]);
+    let count = (2.0 / step) as usize + 1;
+    let mut last = 0usize;
+    let codes: Vec<u16> = (0..count)
+        .map(|i| {
+            let value = i as f64 * step;
+            last += usize::from(value * value > f64::from(values[last]) * f64::from(values[last + 1]));
+            last as u16
+        })
+        .collect();
+    move |x| match x {
+        _ if x < 2.0 => codes.get((x.max(0.0) * (count / 2) as f32) as usize).map_or(0, |c| *c),
+        _ if x > 24.2 => 2047,
+        _ => (250.0 * (f64::from(x).ln() + 5.0) + 0.5) as u16,
     }
 }
 

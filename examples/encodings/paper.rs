@@ -1,6 +1,7 @@
 //! What [Ward 2001] says of the encodings beside what was measured, and what follows.
 
 use super::Measured;
+use super::coders::LIBTIFF_PIXAR;
 use super::visible::{self, Errors};
 use super::{RANGES, grey, head, percent, row, short};
 
@@ -99,8 +100,8 @@ fn conclusions(all: &[Measured]) -> String {
         format!(
             "- Inside BT.709 Pixar log is the finest of the paper's encodings ({} on average), until a component passes its ceiling: with \
              luminances up to 10 the largest error is {}. Its {} orders are the paper's 3.8 because the code nearest to a value is taken; \
-             libtiff's encoder cuts values under 2 to steps of 7.3e-5 first, and keeps 3.5.",
-            short(in_709(pixar).mean), short(bright.max), orders(pixar)
+             libtiff's encoder cuts values under 2 to steps of 7.3e-5 first, and keeps {:.1}.",
+            short(in_709(pixar).mean), short(bright.max), orders(pixar),grey::orders(grey::range(&LIBTIFF_PIXAR, 0.01))
         ),
         format!(
             "- LogLuv24's cells are libtiff's, and leave {} % of the visible out at the very edge; such colours move to it, by up to {}. All others \
