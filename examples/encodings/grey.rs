@@ -44,8 +44,15 @@ pub struct Steps {
 
 /// The steps of greys from 0.02 to 10, or of floats around 1, where they are coarsest.
 pub fn steps(encoding: &Encoding) -> Steps {
-    let ([bottom, top], ratio): ([f64; 2], f64) =
-        if encoding.coder == Coder::Float { ([0.9999, 1.0001], 1e-8) } else { ([0.02, 10.0], 2e-5) };
+    if encoding.coder == Coder::Float {
+        steps_between(encoding, [0.9999, 1.0001], 1e-8)
+    } else {
+        steps_between(encoding, [0.02, 10.0], 2e-5)
+    }
+}
+
+/// The same between two luminances, by greys that lie apart by a ratio of 1 and this much more.
+pub fn steps_between(encoding: &Encoding, [bottom, top]: [f64; 2], ratio: f64) -> Steps {
     let count = ((top / bottom).ln() / ratio) as usize;
     let greys: Vec<f64> = (0..=count).map(|i| bottom * (i as f64 * ratio).exp()).collect();
     let mut levels = seen(encoding, &greys);

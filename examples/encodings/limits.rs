@@ -73,7 +73,7 @@ const HEAD: &str = "\
 Pictures of two pixels, a grey of 1 cd/m2 and the one named, through the filters: light of 520 nm at 1 cd/m2, and what comes back \
 as luminance and as Delta E 2000; greys far below and above, in cd/m2, and NaN. A changed grey beside them is told.
 
-| command | 520 nm: cd/m2 | Delta E | 1e-6 | 1e6 | 1e25 | NaN |
+| command | 520 nm: cd/m2 | Delta E | 1e-6 | 1e6 | 1e25 | `NaN` |
 |---|---|---|---|---|---|---|
 ";
 

@@ -4,6 +4,7 @@
 pub mod coders;
 pub mod files;
 pub mod grey;
+pub mod lamplight;
 pub mod limits;
 pub mod paper;
 pub mod visible;
@@ -155,7 +156,15 @@ fn trips(all: &[Measured]) -> String {
 /// All of docs/encodings.md but the speeds, which no two machines share.
 pub fn page() -> String {
     let all = measure();
-    let parts = [summary(&all), paper::page(&all), luminances(&all), colours(&all), trips(&all), limits::page()];
+    let parts = [
+        summary(&all),
+        paper::page(&all),
+        luminances(&all),
+        colours(&all),
+        lamplight::page(&all),
+        trips(&all),
+        limits::page(),
+    ];
     format!("{}{}\n", include_str!("head.md"), parts.join("\n"))
 }
 
