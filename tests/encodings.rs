@@ -42,8 +42,11 @@ fn near(got: f64, want: f64, share: f64) -> bool {
 /// How far apart two samples of the same colours may be. A mean, or what 95 or 99 % stay below: 1 to 3 %. A share: three times
 /// its standard error, where sixteen colours of one chromaticity fare alike. The largest of a sample depends on which colour
 /// happens to lie in the worst corner of a cell or of the locus: the reference's two samples differ by up to 12 % themselves.
-fn tolerance(encoding: &Encoding, quantity: &str, want: f64) -> f64 {
+fn tolerance(encoding: &Encoding, group: &str, quantity: &str, want: f64) -> f64 {
+    // Four colours in a hundred pass Pixar log's ceiling there and carry the mean: three standard errors.
+    let few = encoding.coder == Coder::PixarLogOfLibtiff && group == "0.02..10";
     match quantity {
+        "in709_mean" | "Yerr_in709_mean" if few => 0.045,
         "e00_mean" | "outside" => 0.01,
         "in709_mean" | "Yerr_in709_mean" => 0.02,
         "e00_p95" => 0.02,
@@ -97,7 +100,7 @@ fn visible_colours_fare_as_other_programs_have_it() {
         if want == 0.0 {
             assert_eq!(got, 0.0, "{name} {group} {what}");
         } else {
-            let share = tolerance(&encoding, &what, want);
+            let share = tolerance(&encoding, &group, &what, want);
             // libtiff's dither moves colours of its own accord to the edge, ours does not.
             let least = if name == "LogLuv24 dithered" && what == "e00_max" { 0.5 } else { 1.0 - share };
             if !(got <= want * (1.0 + share) && got >= want * least) {
@@ -251,18 +254,24 @@ fn scenes() -> [Vec<u8>; 2] {
 fn within_half_a_step(direct: &[Xyz], later: &[Xyz], what: &str) {
     let half_step = (1f64 / 512.0).exp2() - 1.0;
     assert_eq!(direct.len(), later.len());
-    let mut compared = 0;
+    let (mut compared, mut largest) = (0, [0f64; 2]);
     for (a, b) in direct.iter().zip(later) {
         if a[1] == 0.0 {
             assert_eq!(b[1], 0.0);
             continue;
         }
-        assert!((b[1] / a[1] - 1.0).abs() <= half_step + 5e-6, "{what}: {a:?} {b:?}");
         let [p, q] = [a, b].map(|c| uv(*c).unwrap());
-        assert!((0..2).all(|i| (p[i] - q[i]).abs() <= 1.0 / 820.0 + 5e-6), "{what}: {p:?} {q:?}");
+        let (luminance, cell) = ((b[1] / a[1] - 1.0).abs(), (p[0] - q[0]).abs().max((p[1] - q[1]).abs()));
+        assert!(luminance <= half_step + 5e-6, "{what}: {a:?} {b:?}");
+        assert!(cell <= 1.0 / 820.0 + 5e-6, "{what}: {p:?} {q:?}");
+        largest = [largest[0].max(luminance), largest[1].max(cell)];
         compared += 1;
     }
-    assert!(compared > 3000, "{what}: {compared}");
+    // Pixels enough to meet the worst of a step and of a cell.
+    assert!(
+        compared > 3000 && largest[0] > 0.99 * half_step && largest[1] > 0.9 / 820.0,
+        "{what}: {compared} {largest:?}"
+    );
 }
 
 #[test]

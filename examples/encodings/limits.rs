@@ -78,6 +78,6 @@ as luminance and as Delta E 2000; greys far below and above, in cd/m2, and NaN. 
 ";
 
 const SAYS: &str = "\
-No filter does this in silence; of 520 nm, 1e-6 and 1e6 they say:
+What the filters say of 520 nm, 1e-6 and 1e6 (`--gamut desaturate` was asked for, and says nothing):
 
 ";

@@ -72,12 +72,12 @@ fn conclusions(all: &[Measured]) -> String {
     let bright = pixar.reports[1].in_709;
     [
         format!(
-            "- Of what has 32 bits and less, LogLuv32 alone holds every visible colour with no visible tail: mean {}, largest {}, steps \
+            "- Of what has 32 bits and less, LogLuv32 alone holds every visible colour and has no long tail: mean {}, largest {}, steps \
              of {} % over {} orders.",
             short(all_of(log32).mean), short(all_of(log32).max), percent(log32.steps.largest), orders(log32)
         ),
         format!(
-            "- XYZE is as good on average ({}; LogLuv24 {}), and in BT.709 its mean is even {} than LogLuv32's ({} and {}). Its tail makes \
+            "- XYZE is as good as LogLuv24 on average ({} and {}), and in BT.709 its mean is even {} than LogLuv32's ({} and {}). Its tail makes \
              it the poor choice that the paper calls it: {} % of the visible colours are off by more than 1, violets by up to {}, with \
              luminance wrong by up to {} %.",
             short(all_of(xyze).mean),
