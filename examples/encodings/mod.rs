@@ -177,7 +177,7 @@ pub fn speed() -> String {
     format!(
         "## Speed\n\nMegapixels a second on one thread of {}: the same picture of 2048 x 1024 pixels, from XYZ in memory to a file in \
          memory, and from the file to floats; medians of five runs. These differ by machine and from run to run. LogLuv24 and Pixar \
-         log read the picture twice to choose a scale; EXR's time is Deflate's. `make bench` compares with Radiance and libtiff.\n\n{}{rows}",
+         log read the picture twice to choose a scale; Pixar log's and EXR's time is mostly Deflate's. `make bench` compares with Radiance and libtiff.\n\n{}{rows}",
         files::processor(),
         head("encoding|command|write|read"),
     )
