@@ -6,7 +6,7 @@ FILTERS := $(notdir $(basename $(wildcard src/bin/*.rs)))
 PICTURES := $(patsubst pipelines/%.toml,out/%.png,$(wildcard pipelines/*.toml))
 BIN := target/release
 
-.PHONY: all demo test lint bench man paper-colour intents install clean
+.PHONY: all demo test lint bench man paper-colour paper-encodings intents install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -41,6 +41,14 @@ paper-colour:
 
 docs/paper-colour.md: examples/paper_colour.rs $(wildcard examples/colour/*.rs)
 	$(MAKE) --no-print-directory --silent paper-colour > $@.part
+	mv $@.part $@
+
+# What each encoding of light keeps and costs, as Markdown.
+paper-encodings:
+	@$(CARGO) run --locked --quiet --release --example paper_encodings
+
+docs/encodings.md: examples/paper_encodings.rs $(wildcard examples/encodings/*) benches/picture/mod.rs
+	$(MAKE) --no-print-directory --silent paper-encodings > $@.part
 	mv $@.part $@
 
 # What the gamut methods and intents of xyz2rgb do to colours outside, as Markdown.
