@@ -2,7 +2,8 @@
 
 use half::f16;
 use luxpipe::codec::logluv::cells::Cells;
-use luxpipe::codec::logluv::{self, Coding, encode_24, encode_32, word_24};
+use luxpipe::codec::logluv::rows::{encode_24, encode_32};
+use luxpipe::codec::logluv::{self, Coding, word_24};
 use luxpipe::codec::noise::offset;
 use luxpipe::codec::pixarlog;
 use luxpipe::color::{Mat3, Primaries};
@@ -151,13 +152,14 @@ fn libtiff_codes() -> impl Fn(f32) -> u16 {
 /// RGBE or XYZE, run lengths included.
 fn shared_exponent(components: &[f32]) -> (Vec<f32>, u64) {
     let (mut planes, mut losses, mut bytes) = (Planes::default(), rgbe::Losses::default(), Vec::new());
-    let (mut decoder, mut out) = (rgbe::Decoder::default(), Vec::with_capacity(components.len()));
-    for row in components.chunks(3 * WIDTH) {
+    let (mut decoder, mut out) = (rle::Decoder::default(), vec![0.0; components.len()]);
+    for (row, out) in components.chunks(3 * WIDTH).zip(out.chunks_mut(3 * WIDTH)) {
         bytes.clear();
         rgbe::encode_pixels(row, 1.0, &mut planes, &mut losses);
         rle::encode(&planes, &mut bytes);
-        let at = out.len();
-        decoder.scanline(&mut &bytes[..], row.len() / 3, [1.0; 3], &mut out, at).expect("its own bytes");
+        planes.iter_mut().for_each(Vec::clear);
+        decoder.scanline(&mut &bytes[..], row.len() / 3, &mut planes, 0).expect("its own bytes");
+        rgbe::decode_pixels(&planes, [1.0; 3], out);
     }
     (out, losses.negative)
 }

@@ -147,8 +147,8 @@ fn trips(all: &[Measured]) -> String {
     };
     let text = "## Five round trips\n\nWritten and read five times, as `ra_x -r | ra_x` does, in the file's own components: Delta E 2000 \
                 after the first and after the fifth, and the share of pixels that the second to fifth changed at all; the same \
-                with a conversion to XYZ in floats and back between any two. Where dithered LogLuv24's noise comes within a \
-                rounding of half a step, a pixel walks one code a trip; by way of XYZ, a half near 0 beside large ones takes their rounding.\n\n";
+                with a conversion to XYZ in floats and back between any two. By way of XYZ, a half near 0 \
+                beside large ones takes their rounding.\n\n";
     let columns = "encoding|mean, once|five times|max, once|five times|changed %|by XYZ, changed %";
     text.to_string() + &head(columns) + &all.iter().map(line).collect::<String>()
 }
