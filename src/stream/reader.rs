@@ -93,7 +93,13 @@ impl Input {
             Some(p) => File::open(p).map_err(failed)?,
             None => File::from(std::io::stdin().as_fd().try_clone_to_owned().map_err(failed)?),
         };
-        let kind = file.metadata().map_err(failed)?.file_type();
+        Input::of_file(file, &name)
+    }
+
+    /// An open file, read from where it stands; `name` is for messages.
+    pub fn of_file(file: File, name: &str) -> Result<Input> {
+        let name = name.to_string();
+        let kind = file.metadata().map_err(|e| Error::io(name.clone(), e))?.file_type();
         if kind.is_dir() {
             return invalid!("{name}: is a folder; expected a picture");
         }
