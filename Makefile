@@ -7,7 +7,7 @@ PICTURES := $(patsubst pipelines/%.toml,out/%.png,$(wildcard pipelines/*.toml))
 BIN := target/release
 FUZZ_TARGETS := $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
 FUZZ_SECONDS ?= 60
-FUZZ_LIMITS := -rss_limit_mb=512 -malloc_limit_mb=256 -timeout=10 -max_len=65536
+FUZZ_LIMITS := -rss_limit_mb=512 -timeout=10 -max_len=65536
 
 .PHONY: all demo test lint fuzz bench man paper-colour intents install clean
 

@@ -1,5 +1,6 @@
 //! What the targets share: bytes as a file, read by the library as a filter reads it.
 
+use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::RefCell;
 use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
@@ -12,6 +13,44 @@ use luxpipe::stream::Block;
 use luxpipe::stream::meaning::Overrides;
 use luxpipe::stream::reader::Input;
 use luxpipe::stream::spool::Limits;
+
+/// The system's, with an end: libFuzzer's own `-malloc_limit_mb` needs a sanitizer.
+struct Bounded;
+
+/// No 64 KiB of input justify more at once: a row of 2^24 pixels of a deflated PNG comes nearest.
+const LARGEST: usize = 256 << 20;
+
+#[global_allocator]
+static ALLOCATOR: Bounded = Bounded;
+
+fn check(size: usize) {
+    if size > LARGEST {
+        eprintln!("ERROR: {size} bytes at once");
+        std::process::abort();
+    }
+}
+
+// SAFETY: every call is the system allocator's own.
+unsafe impl GlobalAlloc for Bounded {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        check(layout.size());
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        check(layout.size());
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, old: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        check(size);
+        unsafe { System.realloc(old, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, old: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(old, layout) }
+    }
+}
 
 thread_local! {
     static FILE: RefCell<File> = RefCell::new(tempfile::tempfile().expect("a temporary file"));

@@ -10,8 +10,6 @@ use crate::stream::meaning::{self, Coding, Meaning, Overrides};
 use crate::stream::{Block, Header, Picture, header, picture, rgbe};
 use crate::{Error, Result, invalid};
 
-/// A scanline of more floats (1 GiB) is refused: no input of sensible size could fill it.
-const LONGEST_SCANLINE: usize = 1 << 28;
 /// Floats are read at most this many at a time, so that memory grows with what arrives and not with what a header claims.
 const STEP: usize = 1 << 20;
 /// Buffer for headers and run-length codes; raw floats pass by it.
@@ -159,9 +157,6 @@ pub fn open(mut input: Input, overrides: &Overrides, notes: &Notes) -> Result<Bo
         meaning::settle(raw, overrides)
     });
     let Meaning { header, coding, factors, notes: assumed } = settled.map_err(|e| e.within(&name))?;
-    if header.scanline_floats() > LONGEST_SCANLINE {
-        return invalid!("{name}: a scanline of {} floats is too long", header.scanline_floats());
-    }
     for note in assumed {
         notes.add(format!("{name}: {note}"));
     }
