@@ -279,6 +279,14 @@ fn a_small_tiff_claims_no_more_than_it_holds() {
             let numbers = [&tags(true, 1 << 26, i32::MAX as u32)[..], &[(278, i32::MAX as u32)]].concat();
             tiff(&[0; 100], &numbers, &[(273, vec![8]), (279, vec![100])])
         }),
+        ("tiles too wide", "at most 89478485", {
+            let numbers = [&tags(true, 5, 5)[..], &[(322, i32::MAX as u32), (323, 5)]].concat();
+            tiff(&[0; 100], &numbers, &[(324, vec![8]), (325, vec![100])])
+        }),
+        ("a strip beyond the end", "picture ends at row 3 of 5", {
+            let list = [(273, vec![8, 10, 1 << 20, 12, 14]), (279, vec![4; 5])];
+            tiff(&[1; 40], &[&tags(false, 1, 5)[..], &[(278, 1)]].concat(), &list)
+        }),
         ("no room for a row", "row 1 of 5", {
             tiff(&[0; 8], &[&tags(false, 1, 5)[..], &[(278, 5)]].concat(), &[(273, vec![8]), (279, vec![0])])
         }),

@@ -41,7 +41,7 @@ pub struct Reading<'a> {
 pub const MAGIC: usize = 8;
 
 /// A scanline of more floats (1 GiB) is refused: no input of sensible size could fill it.
-const LONGEST_SCANLINE: usize = 1 << 28;
+pub const LONGEST_SCANLINE: usize = 1 << 28;
 
 /// Every format beside the stream's own (floats, RGBE, XYZE, hyperspectral Radiance), which is what remains.
 pub static FORMATS: &[Format] = &[tiff::FORMAT, exr::FORMAT, pfm::FORMAT, png::FORMAT];

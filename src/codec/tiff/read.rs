@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::directory::{Directory, tag};
-use crate::codec::Reading;
+use crate::codec::{LONGEST_SCANLINE, Reading};
 use crate::color::{Primaries, Xy};
 use crate::notes::Notes;
 use crate::parallel;
@@ -51,6 +51,9 @@ impl Chunks {
         let (offsets, counts, chunk_width, chunk_height) = if tiled {
             let w = directory.size(tag::TILE_WIDTH, "tile width")?;
             let h = directory.size(tag::TILE_HEIGHT, "tile height")?;
+            if w > LONGEST_SCANLINE / 3 {
+                return invalid!("TIFF of tiles {w} pixels wide: expected at most {}", LONGEST_SCANLINE / 3);
+            }
             (tag::TILE_OFFSETS, tag::TILE_BYTE_COUNTS, w, h)
         } else {
             let rows = directory.number(tag::ROWS_PER_STRIP).unwrap_or(u64::MAX).min(height as u64);
