@@ -5,8 +5,11 @@ PREFIX ?= /usr/local
 FILTERS := $(notdir $(basename $(wildcard src/bin/*.rs)))
 PICTURES := $(patsubst pipelines/%.toml,out/%.png,$(wildcard pipelines/*.toml))
 BIN := target/release
+FUZZ_TARGETS := $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
+FUZZ_SECONDS ?= 60
+FUZZ_LIMITS := -rss_limit_mb=512 -timeout=10 -max_len=65536
 
-.PHONY: all demo test lint bench man paper-colour paper-encodings intents install clean
+.PHONY: all demo test lint fuzz bench man paper-colour paper-encodings intents install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -30,6 +33,12 @@ test:
 lint:
 	$(CARGO) fmt --check
 	$(CARGO) clippy --locked --all-targets -- -D warnings
+
+# Damaged input for every decoder, FUZZ_SECONDS each, grown from tests/data and tests/bad. Any toolchain will do: no sanitizer.
+fuzz:
+	@$(CARGO) fuzz --version > /dev/null 2>&1 || { echo "make fuzz needs cargo-fuzz: $(CARGO) install cargo-fuzz --locked"; exit 1; }
+	for target in $(FUZZ_TARGETS); do mkdir -p fuzz/corpus/$$target && $(CARGO) fuzz run --sanitizer none $$target \
+		fuzz/corpus/$$target tests/data tests/bad pipelines scenes displays -- -max_total_time=$(FUZZ_SECONDS) $(FUZZ_LIMITS) || exit 1; done
 
 # Ratios to `cat`, and of the encodings to Radiance and libtiff, in the same run: see benches/.
 bench:

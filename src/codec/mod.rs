@@ -10,12 +10,12 @@ pub mod png;
 pub mod scale;
 pub mod tiff;
 
-use crate::Result;
 use crate::notes::Notes;
 use crate::stream::Picture;
 use crate::stream::meaning::Overrides;
 use crate::stream::reader::{self, Input};
 use crate::stream::spool::Limits;
+use crate::{Result, invalid};
 
 /// How to know a format, and how to read it.
 pub struct Format {
@@ -40,6 +40,9 @@ pub struct Reading<'a> {
 /// Bytes that tell formats apart.
 pub const MAGIC: usize = 8;
 
+/// A scanline of more floats (1 GiB) is refused: no input of sensible size could fill it.
+pub const LONGEST_SCANLINE: usize = 1 << 28;
+
 /// Every format beside the stream's own (floats, RGBE, XYZE, hyperspectral Radiance), which is what remains.
 pub static FORMATS: &[Format] = &[tiff::FORMAT, exr::FORMAT, pfm::FORMAT, png::FORMAT];
 
@@ -47,8 +50,13 @@ pub static FORMATS: &[Format] = &[tiff::FORMAT, exr::FORMAT, pfm::FORMAT, png::F
 pub fn open(mut input: Input, reading: &Reading) -> Result<Box<dyn Picture>> {
     let first = input.peek(MAGIC)?;
     let name = input.name.clone();
-    match FORMATS.iter().find(|f| (f.is)(&first)) {
-        Some(format) => (format.open)(input, reading).map_err(|e| e.within(&name)),
-        None => reader::open(input, reading.overrides, reading.notes),
+    let picture = match FORMATS.iter().find(|f| (f.is)(&first)) {
+        Some(format) => (format.open)(input, reading).map_err(|e| e.within(&name))?,
+        None => reader::open(input, reading.overrides, reading.notes)?,
+    };
+    let floats = picture.header().scanline_floats();
+    if floats > LONGEST_SCANLINE {
+        return invalid!("{name}: a scanline of {floats} floats is too long: expected at most {LONGEST_SCANLINE}");
     }
+    Ok(picture)
 }

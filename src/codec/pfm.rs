@@ -4,6 +4,8 @@
 //! says nothing of colours or units and keeps no header lines: a picture read from it is taken for linear BT.709 RGB (one
 //! component: luminance) in cd/m2, with a note, unless the user says otherwise.
 //!
+//! `ra_pfm` writes NaN as 0 and what is infinite or over 1e37 as 1e37, and counts them.
+//!
 //! Rows lie bottom up, so a file is read and written from its end; a pipe is kept first.
 
 use std::io::{BufWriter, Seek, SeekFrom, Write};

@@ -39,6 +39,8 @@ pub const BOTTOM: f64 = 0.018_315_639;
 pub const CEILING: f64 = 24.236_48;
 /// Deflate makes no less of a byte than this share.
 const DEFLATE_MOST: u64 = 1032;
+/// A zlib stream's head and check; less than this holds nothing.
+const LEAST: u64 = 6;
 
 /// Values of the codes: step k up to 250, then e^(k/250 - 5), which the linear part meets with the same slope.
 ///
@@ -194,7 +196,7 @@ pub fn open(mut source: Source, directory: Directory, reading: &Reading) -> Resu
     let factor = stonits.unwrap_or(1.0) as f32;
     let header = annotation.settle(own, reading.overrides)?;
     let big_endian = directory.big_endian;
-    read::open(source, &directory, header, PixarLog { big_endian, factor })
+    read::open(source, &directory, header, PixarLog { big_endian, factor }, reading.notes)
 }
 
 struct PixarLog {
@@ -209,7 +211,7 @@ impl Coder for PixarLog {
     }
 
     fn fewest_bytes(&self, width: usize, rows: usize) -> u64 {
-        6 * width as u64 * rows as u64 / DEFLATE_MOST
+        LEAST + (6 * width as u64).saturating_mul(rows as u64) / DEFLATE_MOST
     }
 }
 

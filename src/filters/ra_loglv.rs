@@ -70,7 +70,7 @@ impl Filter for RaLoglv {
                 }
             }
         };
-        let (input, replaced) = writer::bounded(input);
+        let (input, mut replaced) = writer::bounded(input);
         let mut picture = match input.header().components {
             Components::Y => input,
             _ if coding == Coding::LogL16 => luminance(tristimulus(input)?),
@@ -83,7 +83,7 @@ impl Filter for RaLoglv {
             let look = |_: &_, block: &crate::stream::Block| block.data.chunks_exact(3).for_each(|p| octaves.add(p[1]));
             picture = spool::twice(picture, &limits, &run.notes, look)?;
             stonits = Some(octaves.best(RANGE_24[0], RANGE_24[1]));
-            writer::forget(&replaced); // counted again when the picture is written
+            replaced = writer::settled(&replaced);
         }
         let picture = upright(picture, &limits)?;
         let (notes, writing) = (run.notes.clone(), Writing { coding, stonits, dither: self.dither });

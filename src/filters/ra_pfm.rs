@@ -10,7 +10,7 @@ use crate::filter::{Filter, Product, Run};
 use crate::filters::in_primaries;
 use crate::stream::output::Output;
 use crate::stream::upright::upright;
-use crate::stream::{Components, Picture, tristimulus};
+use crate::stream::{Components, Picture, tristimulus, writer};
 use crate::{Error, Result};
 
 /// Options of `ra_pfm`.
@@ -42,6 +42,8 @@ impl Filter for RaPfm {
         if self.reverse {
             return Ok(Product::Picture(input));
         }
+        // A matrix would make NaN of infinities, and few readers of the format expect either.
+        let (input, replaced) = writer::bounded(input);
         let picture = match input.header().components {
             Components::Y => input,
             _ if self.to.is_xyz() => tristimulus(input)?,
@@ -51,7 +53,15 @@ impl Filter for RaPfm {
         let picture = upright(picture, &limits)?;
         let notes = run.notes.clone();
         let write = Box::new(move |out: &mut Output| {
-            out.attempt(|out| pfm::write(picture, self.big_endian, out, &limits, &notes))
+            let total = writer::pixels(picture.header());
+            out.attempt(|out| pfm::write(picture, self.big_endian, out, &limits, &notes))?;
+            let [nan, infinite] = writer::counts(&replaced);
+            let parts = [
+                (nan, "had NaN set to 0".to_string()),
+                (infinite, "had a component infinite or over 1e37 set to that".into()),
+            ];
+            writer::note_losses(&parts, total, "a float stream holds all numbers", &notes);
+            Ok(())
         });
         Ok(Product::Bytes { binary: true, write })
     }

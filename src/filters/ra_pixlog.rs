@@ -47,7 +47,7 @@ impl Filter for RaPixlog {
         positive("--stonits", self.stonits)?;
         check_master(input.header(), self.force)?;
         let absolute = input.header().units == Units::CdM2 || input.header().sampling.is_some();
-        let (input, replaced) = writer::bounded(input);
+        let (input, mut replaced) = writer::bounded(input);
         let mut picture = in_primaries(input, self.to)?;
         let limits = run.options.limits();
         let mut stonits = self.stonits.filter(|_| absolute);
@@ -56,7 +56,7 @@ impl Filter for RaPixlog {
             let look = |_: &_, block: &Block| block.data.iter().for_each(|x| octaves.add(*x));
             picture = spool::twice(picture, &limits, &run.notes, look)?;
             stonits = Some(octaves.best(pixarlog::BOTTOM, pixarlog::CEILING));
-            writer::forget(&replaced);
+            replaced = writer::settled(&replaced);
         }
         let picture = upright(picture, &limits)?;
         let notes = run.notes.clone();

@@ -83,7 +83,7 @@ impl Filter for RaPng {
             let clipped = png::write(picture, &coding, out)?;
             if clipped.pixels > 0 {
                 notes.add(format!(
-                    "{} of {total} pixels had components outside 0 to 1 ({:.3} to {:.3}) and were clipped; xyz2rgb --gamut desaturate keeps their hue",
+                    "{} of {total} pixels had components outside 0 to 1 ({:.3} to {:.3}) and were clipped; xyz2rgb --gamut desaturate keeps their hue, ra_exr --float would hold them",
                     clipped.pixels, clipped.range.0, clipped.range.1
                 ));
             }

@@ -10,8 +10,6 @@ use crate::stream::meaning::{self, Coding, Meaning, Overrides};
 use crate::stream::{Block, Header, Picture, header, picture, rgbe, scanlines};
 use crate::{Error, Result, invalid};
 
-/// A scanline of more floats (1 GiB) is refused: no input of sensible size could fill it.
-const LONGEST_SCANLINE: usize = 1 << 28;
 /// Floats are read at most this many at a time, so that memory grows with what arrives and not with what a header claims.
 const STEP: usize = 1 << 20;
 /// Buffer for headers and run-length codes; raw floats pass by it.
@@ -93,7 +91,13 @@ impl Input {
             Some(p) => File::open(p).map_err(failed)?,
             None => File::from(std::io::stdin().as_fd().try_clone_to_owned().map_err(failed)?),
         };
-        let kind = file.metadata().map_err(failed)?.file_type();
+        Input::of_file(file, &name)
+    }
+
+    /// An open file, read from where it stands; `name` is for messages.
+    pub fn of_file(file: File, name: &str) -> Result<Input> {
+        let name = name.to_string();
+        let kind = file.metadata().map_err(|e| Error::io(name.clone(), e))?.file_type();
         if kind.is_dir() {
             return invalid!("{name}: is a folder; expected a picture");
         }
@@ -165,9 +169,6 @@ pub fn open(mut input: Input, overrides: &Overrides, notes: &Notes) -> Result<Bo
         meaning::settle(raw, overrides)
     });
     let Meaning { header, coding, factors, notes: assumed } = settled.map_err(|e| e.within(&name))?;
-    if header.scanline_floats() > LONGEST_SCANLINE {
-        return invalid!("{name}: a scanline of {} floats is too long", header.scanline_floats());
-    }
     for note in assumed {
         notes.add(format!("{name}: {note}"));
     }

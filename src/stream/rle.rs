@@ -39,7 +39,7 @@ impl Runs {
 
     /// Fewest bytes that can hold a plane of that length.
     pub fn fewest_bytes(self, plane: usize) -> usize {
-        2 * (plane / self.longest_run())
+        2 * plane.div_ceil(self.longest_run())
     }
 }
 

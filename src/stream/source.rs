@@ -65,12 +65,20 @@ impl Source {
         self.len == 0
     }
 
+    /// Refuses what lies beyond the end.
+    pub fn check(&self, offset: u64, count: u64) -> Result<usize> {
+        let end = offset.checked_add(count).filter(|end| *end <= self.len);
+        match end.and_then(|_| usize::try_from(count).ok()) {
+            Some(count) => Ok(count),
+            None => {
+                invalid!("bytes {offset} to {} lie beyond the end at {}", offset.saturating_add(count), self.len)
+            }
+        }
+    }
+
     /// Replaces `out` by `count` bytes from `offset`. What lies beyond the end is refused before anything is allocated.
     pub fn read_at(&mut self, offset: u64, count: u64, out: &mut Vec<u8>) -> Result<()> {
-        let end = offset.checked_add(count).filter(|end| *end <= self.len);
-        let Some(count) = end.and_then(|_| usize::try_from(count).ok()) else {
-            return invalid!("bytes {offset} to {} lie beyond the end at {}", offset.saturating_add(count), self.len);
-        };
+        let count = self.check(offset, count)?;
         out.resize(count, 0);
         let read = self.seek(SeekFrom::Start(offset)).and_then(|_| self.read_exact(out));
         read.map_err(|e| Error::io("", e))

@@ -87,9 +87,9 @@ pub fn bounded(picture: Box<dyn Picture>) -> (Box<dyn Picture>, Replaced) {
     (picture::map(picture, header, bound), replaced)
 }
 
-/// Begins the counts anew: for pictures that are read twice.
-pub fn forget(replaced: &Replaced) {
-    replaced.iter().for_each(|n| n.store(0, Ordering::Relaxed));
+/// The counts after a whole pass, untouched by another: a picture looked at before it is written is read again or not.
+pub fn settled(replaced: &Replaced) -> Replaced {
+    Arc::new(counts(replaced).map(AtomicU64::new))
 }
 
 /// The counts: NaN, infinite.

@@ -143,3 +143,79 @@ pub fn page_is_printed(path: &str, printed: &str) {
         assert!(a.len() == b.len() && a.into_iter().zip(b).all(same), "run: make {path}\n{old}\n{new}");
     }
 }
+
+/// A way to record pictures: a filter that goes both ways, and options.
+#[derive(Clone, Debug)]
+pub struct Encoding {
+    /// The filter; `-r` reads what it writes.
+    pub filter: &'static str,
+    /// How it writes.
+    pub options: Vec<String>,
+}
+
+impl Encoding {
+    /// The bytes it makes of a stream; it may have remarks.
+    pub fn write(&self, input: &[u8]) -> Vec<u8> {
+        self.try_write(input).unwrap_or_else(|e| panic!("{self}: {e}"))
+    }
+
+    /// The bytes, or why there are none.
+    pub fn try_write(&self, input: &[u8]) -> Result<Vec<u8>, String> {
+        let options: Vec<&str> = self.options.iter().map(String::as_str).collect();
+        let output = run(self.filter, &options, input);
+        if output.status.success() { Ok(output.stdout) } else { Err(String::from_utf8_lossy(&output.stderr).into()) }
+    }
+
+    /// What it says of a stream it writes.
+    pub fn remarks(&self, input: &[u8]) -> String {
+        let options: Vec<&str> = self.options.iter().map(String::as_str).collect();
+        let output = run(self.filter, &options, input);
+        assert!(output.status.success(), "{self}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stderr).unwrap()
+    }
+
+    /// A float stream of what it wrote.
+    pub fn read(&self, bytes: &[u8]) -> Vec<u8> {
+        stdout_of(self.filter, &["-r", "--quiet"], bytes)
+    }
+
+    /// The command, as it is typed.
+    pub fn is(&self, command: &str) -> bool {
+        self.to_string() == command
+    }
+}
+
+impl std::fmt::Display for Encoding {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "{}", self.filter)?;
+        self.options.iter().try_for_each(|o| write!(f, " {o}"))
+    }
+}
+
+/// Every filter that goes both ways, plainly, as each suffix has it, and with each of its options that choose another code. A new
+/// filter is in the list by being one.
+pub fn encodings() -> Vec<Encoding> {
+    const CODES: [&str; 8] =
+        ["--xyze", "--spectra", "--bits24", "--luminance", "--float", "--big-endian", "--bits 16", "--compression piz"];
+    let mut all = Vec::new();
+    for filter in luxpipe::filters::ALL {
+        let command = filter.command();
+        let has = |option: &str| command.get_arguments().any(|a| a.get_long() == Some(option));
+        if !has("reverse") || !filter.name().starts_with("ra_") {
+            continue;
+        }
+        let codes = CODES.iter().filter(|c| has(c.trim_start_matches("--").split(' ').next().unwrap()));
+        let by_options = codes.map(|c| c.split(' ').map(String::from).collect());
+        let by_suffix = filter.suffixes().iter().map(|s| {
+            let words = filter.saver(s, "file".into()).command_words(Some("-"), None);
+            words.into_iter().skip(1).filter(|w| w != "-").collect::<Vec<_>>()
+        });
+        for options in [Vec::new()].into_iter().chain(by_suffix).chain(by_options) {
+            let known = |e: &Encoding| e.filter == filter.name() && e.options == options;
+            if !options.contains(&"--reverse".to_string()) && !all.iter().any(known) {
+                all.push(Encoding { filter: filter.name(), options });
+            }
+        }
+    }
+    all
+}

@@ -64,6 +64,8 @@ pub(super) struct Head {
     pub display: Option<Window>,
     /// Width and height of tiles.
     pub tiles: Option<[usize; 2]>,
+    /// Smaller copies of the picture follow it.
+    pub levels: bool,
     pub parts: usize,
     /// Chunks begin with the number of their part.
     pub multipart: bool,
@@ -87,6 +89,7 @@ struct Found {
     window: Option<Window>,
     display: Option<Window>,
     tiles: Option<[usize; 2]>,
+    levels: bool,
     kind: Option<Vec<u8>>,
     aspect: Option<f32>,
     chromaticities: Option<[f32; 8]>,
@@ -194,6 +197,7 @@ impl Found {
                     return invalid!("tiles of {} x {} pixels", sides[0], sides[1]);
                 }
                 self.tiles = Some(sides.map(|n| n as usize));
+                self.levels = value.get(8).is_some_and(|mode| mode & 15 != 0);
             }
             (b"type", b"string") => self.kind = Some(value),
             (b"pixelAspectRatio", b"float") => self.aspect = floats::<1>(&value).map(|[a]| a),
@@ -217,6 +221,7 @@ fn settle(found: Found, tiled: bool, multipart: bool, parts: usize, table: u64) 
         window: found.window.ok_or_else(|| missing("dataWindow"))?,
         display: found.display,
         tiles: if tiled { Some(found.tiles.ok_or_else(|| missing("tiles"))?) } else { None },
+        levels: tiled && found.levels,
         parts,
         multipart,
         aspect: found.aspect.unwrap_or(1.0),

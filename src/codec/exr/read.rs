@@ -11,6 +11,7 @@ use super::spectral;
 use crate::codec::Reading;
 use crate::color::Primaries;
 use crate::error::printable;
+use crate::notes::Notes;
 use crate::parallel;
 use crate::stream::annotation::Annotation;
 use crate::stream::picture::{block_rows, scale};
@@ -18,9 +19,6 @@ use crate::stream::reader::Input;
 use crate::stream::source::Source;
 use crate::stream::{Block, Components, Header, Picture, Resolution, Units};
 use crate::{Error, Result, invalid};
-
-/// A scanline of more floats is refused, as in the stream.
-const LONGEST_SCANLINE: usize = 1 << 28;
 
 /// Which channels make a pixel, and what they are.
 struct Plan {
@@ -43,6 +41,9 @@ struct Reader {
     factors: Vec<f32>,
     /// The next row to read.
     row: usize,
+    /// Where the last block so far ends.
+    end: u64,
+    notes: Notes,
     /// Rows read already whose neighbours above wait for their colour.
     ahead: Option<Block>,
 }
@@ -64,10 +65,8 @@ pub(super) fn open(input: Input, reading: &Reading) -> Result<Box<dyn Picture>> 
     let coder = Coder::new(head.compression, &head.channels)?;
     remark(&head, &plan, reading, &source.name);
     let (header, factors) = settle(&head, &plan, annotation, reading, &source.name)?;
-    if header.scanline_floats() > LONGEST_SCANLINE {
-        return invalid!("a row of {} x {} floats is too long", head.window.width, header.ncomp);
-    }
-    let reader = Reader { source, header, head, coder, plan, factors, row: 0, ahead: None };
+    let notes = reading.notes.clone();
+    let reader = Reader { source, header, head, coder, plan, factors, row: 0, end: 0, notes, ahead: None };
     let (rows, across) = reader.unit();
     let entries = (reader.head.window.height.div_ceil(rows) as u64).saturating_mul(across as u64);
     if entries.saturating_mul(8) > reader.source.len() - reader.head.table {
@@ -285,6 +284,7 @@ impl Reader {
         let at_row = |e: Error| e.within(&format!("row {}", area.top + 1));
         let unpacked = self.coder.justified(area, size).map_err(at_row)?;
         self.source.read_at(start, size, &mut bytes)?;
+        self.end = self.end.max(start + size);
         Ok(Packed { bytes, area, left, unpacked })
     }
 
@@ -310,6 +310,7 @@ impl Reader {
             self.row += here;
             block.rows += here;
         }
+        self.check_end();
         let row = self.header.scanline_floats();
         block.data.resize(block.rows * row, 0.0);
         let place = |(packed, out): (Vec<Packed>, &mut [f32])| {
@@ -324,6 +325,14 @@ impl Reader {
             work.into_iter().zip(block.data.chunks_mut(rows * row)).map(place).collect()
         };
         done.into_iter().collect::<Result<()>>().map(|()| true)
+    }
+
+    /// After the last row: anything left is worth a word, unless other parts or smaller copies follow.
+    fn check_end(&self) {
+        let rest = self.source.len() - self.end;
+        if self.row == self.head.window.height && rest > 0 && self.head.parts == 1 && !self.head.levels {
+            self.notes.add(format!("{}: {rest} bytes after the last block are ignored", self.source.name));
+        }
     }
 
     /// Puts a block's samples where they belong among the rows of its unit.

@@ -17,7 +17,7 @@ use crate::parallel;
 use crate::stream::annotation;
 use crate::stream::output::Output;
 use crate::stream::spool::{self, Limits};
-use crate::stream::writer::Replaced;
+use crate::stream::writer::{Replaced, settled};
 use crate::stream::{Block, Components, Header, Picture, Units};
 use crate::{Error, Result, invalid};
 
@@ -116,10 +116,12 @@ pub fn write(
         )));
     }
     let half = options.depth == Depth::Half;
+    let looked = half && options.white_luminance.is_none();
     let (mut picture, found) = match options.white_luminance {
         None if half => scale_for_half(picture, limits, notes)?,
         given => (picture, given.unwrap_or(1.0)),
     };
+    let replaced = if looked { replaced.map(|r| settled(&r)) } else { replaced };
     let (names, components) = layout(&header)?;
     let sample = if half { Sample::Half } else { Sample::Float };
     let channel = |name: &String| Channel { name: name.clone(), sample, linear: false, every: [1, 1] };

@@ -53,7 +53,7 @@ pub fn open(mut source: Source, directory: Directory, reading: &Reading) -> Resu
     }
     let header = annotation.settle(own, reading.overrides)?;
     let coder = LogLuv { coding, tables: Arc::new(Decoder::new(coding)), factor: stonits.unwrap_or(1.0) as f32 };
-    read::open(source, &directory, header, coder)
+    read::open(source, &directory, header, coder, reading.notes)
 }
 
 struct LogLuv {
@@ -74,7 +74,7 @@ impl Coder for LogLuv {
             Coding::LogL16 => 2 * Runs::LOGLUV.fewest_bytes(width),
             Coding::Log24 => 3 * width,
         };
-        row as u64 * rows as u64
+        (row as u64).saturating_mul(rows as u64)
     }
 }
 

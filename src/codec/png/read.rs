@@ -157,7 +157,12 @@ fn decoder(input: Lent) -> Result<png::Reader<Lent>> {
         return invalid!("PNG with rows of {width} pixels: expected at most {WIDEST}");
     }
     decoder.set_limits(png::Limits { bytes: METADATA + 8 * width as usize });
-    decoder.read_info().map_err(explain)
+    let decoder = decoder.read_info().map_err(explain)?;
+    // The crate (0.18.1) copies whole entries and would fail on a part of one.
+    match decoder.info().palette.as_deref().map_or(0, <[u8]>::len) {
+        len if len.is_multiple_of(3) && len <= 768 => Ok(decoder),
+        len => invalid!("PNG with a palette of {len} bytes: expected 3 for each of at most 256 colours"),
+    }
 }
 
 /// A decoder's word in ours; `end` says what an early end of input means, `place` where it was.

@@ -36,6 +36,9 @@ pub mod tag {
 /// More tags than this are damage.
 const MOST_TAGS: u64 = 4096;
 
+/// Tags that point to directories: SubIFDs, Exif, GPS, Interoperability.
+const OTHER_DIRECTORIES: [u16; 4] = [330, 34665, 34853, 40965];
+
 /// One tag: how many values of which type, and where they stand.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
@@ -49,6 +52,12 @@ struct Entry {
 pub struct Directory {
     /// Numbers in the file, 16-bit samples included, have their most significant byte first.
     pub big_endian: bool,
+    /// Another picture follows.
+    pub next: bool,
+    /// Directories beside it hold more: smaller pictures, a camera's.
+    pub more: bool,
+    /// Where the directory and the values of its tags end.
+    pub end: u64,
     entries: BTreeMap<u16, Entry>,
     /// Values of single numbers, read at once.
     numbers: BTreeMap<u16, u64>,
@@ -96,15 +105,27 @@ impl Directory {
         }
         let mut bytes = Vec::new();
         source.read_at(first, count * entry_size, &mut bytes).map_err(|e| e.within("TIFF directory"))?;
-        let mut directory = Directory { big_endian, entries: BTreeMap::new(), numbers: BTreeMap::new() };
+        let end = first + count * entry_size;
+        let word = if big { 8 } else { 4 };
+        let mut next = Vec::new();
+        source.read_at(end, word, &mut next).map_err(|e| e.within("TIFF directory"))?;
+        let mut directory = Directory {
+            big_endian,
+            next: number(&next) != 0,
+            more: false,
+            end: end + word,
+            entries: BTreeMap::new(),
+            numbers: BTreeMap::new(),
+        };
         for (i, entry) in bytes.chunks_exact(entry_size as usize).enumerate() {
             let (tag, kind) = (number(&entry[..2]) as u16, number(&entry[2..4]) as u16);
-            let word = if big { 8 } else { 4 };
-            let (count, value) = (number(&entry[4..4 + word]), &entry[4 + word..]);
+            let (count, value) = entry[4..].split_at(word as usize);
+            let count = number(count);
+            directory.more |= OTHER_DIRECTORIES.contains(&tag);
             let Some(size) = size(kind) else { continue };
             let Some(total) = count.checked_mul(size) else { return invalid!("TIFF tag {tag} of {count} values") };
-            let inside = total <= word as u64;
-            let here = first + i as u64 * entry_size + 4 + word as u64;
+            let inside = total <= word;
+            let here = first + i as u64 * entry_size + 4 + word;
             let at = if inside { here } else { number(value) };
             if total > source.len() {
                 return invalid!("TIFF tag {tag} of {count} values is larger than the file");
@@ -112,6 +133,7 @@ impl Directory {
             if count == 1 && inside && matches!(kind, 1 | 3 | 4 | 16) {
                 directory.numbers.insert(tag, number(&value[..size as usize]));
             }
+            directory.end = directory.end.max(at.saturating_add(total));
             directory.entries.insert(tag, Entry { kind, count, at });
         }
         Ok(directory)

@@ -1,10 +1,13 @@
 //! Rows out of TIFF's strips and tiles.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::directory::{Directory, tag};
-use crate::codec::Reading;
+use crate::codec::{LONGEST_SCANLINE, Reading};
 use crate::color::{Primaries, Xy};
+use crate::notes::Notes;
 use crate::parallel;
 use crate::stream::annotation::Annotation;
 use crate::stream::picture::block_rows;
@@ -12,9 +15,12 @@ use crate::stream::source::Source;
 use crate::stream::{Block, Header, Picture};
 use crate::{Error, Result, invalid};
 
+/// What a decoder may take beside its bytes: inflate's window, tables and buffer.
+const BEGUN: usize = 80 << 10;
+
 /// How the pixels of a strip or tile are coded.
 pub trait Coder: Send + Sync {
-    /// Begins a strip or tile of `width` pixels a row; `bytes` is all there is of it.
+    /// Begins a strip or tile of `width` pixels a row; `bytes` is all there is of it. Beside those it costs a window of deflate at most.
     fn begin(&self, bytes: Vec<u8>, width: usize) -> Box<dyn Rows>;
 
     /// Fewest bytes that can hold so many pixels: less is damage, found before anything is allocated.
@@ -45,6 +51,9 @@ impl Chunks {
         let (offsets, counts, chunk_width, chunk_height) = if tiled {
             let w = directory.size(tag::TILE_WIDTH, "tile width")?;
             let h = directory.size(tag::TILE_HEIGHT, "tile height")?;
+            if w > LONGEST_SCANLINE / 3 {
+                return invalid!("TIFF of tiles {w} pixels wide: expected at most {}", LONGEST_SCANLINE / 3);
+            }
             (tag::TILE_OFFSETS, tag::TILE_BYTE_COUNTS, w, h)
         } else {
             let rows = directory.number(tag::ROWS_PER_STRIP).unwrap_or(u64::MAX).min(height as u64);
@@ -66,6 +75,11 @@ impl Chunks {
         }
         Ok(Chunks { offsets, counts, width: chunk_width, height: chunk_height, across })
     }
+
+    /// Where the last of them ends.
+    fn end(&self) -> u64 {
+        self.offsets.iter().zip(&self.counts).map(|(at, n)| at.saturating_add(*n)).max().unwrap_or(0)
+    }
 }
 
 /// A TIFF picture being read.
@@ -75,6 +89,9 @@ struct Reader<C> {
     chunks: Chunks,
     coder: C,
     row: usize,
+    /// Bytes of the chunks that were read: beyond the file's length some of them are the same, which is how a small file could
+    /// claim any work.
+    taken: u64,
     /// Chunks side by side that were begun and have rows left.
     band: Vec<Box<dyn Rows>>,
     band_rows: usize,
@@ -88,43 +105,66 @@ pub fn open<C: Coder + 'static>(
     directory: &Directory,
     header: Header,
     coder: C,
+    notes: &Notes,
 ) -> Result<Box<dyn Picture>> {
     let (columns, rows) = (header.resolution.scanline_len(), header.resolution.scanlines());
     let chunks = Chunks::find(directory, &mut source, columns, rows)?;
+    let end = chunks.end().max(directory.end);
+    if directory.next {
+        notes.add(format!("{}: reading the first of several pictures", source.name));
+    } else if end.saturating_add(1) < source.len() && !directory.more {
+        notes.add(format!("{}: {} bytes after its last strip and tag are ignored", source.name, source.len() - end));
+    }
     let (band, piece) = (Vec::new(), Vec::new());
-    Ok(Box::new(Reader { source, header, chunks, coder, row: 0, band, band_rows: 0, piece }))
+    Ok(Box::new(Reader { source, header, chunks, coder, row: 0, taken: 0, band, band_rows: 0, piece }))
 }
 
-/// A chunk's decoder, and how many of its rows lie in the picture.
-type Begun = (Box<dyn Rows>, usize);
-
 impl<C: Coder> Reader<C> {
-    /// Begins a chunk; gives its decoder and how many of its rows lie in the picture.
-    fn begin(&mut self, index: usize) -> Result<Begun> {
-        let height = self.header.resolution.scanlines();
-        let top = index / self.chunks.across * self.chunks.height;
-        let rows = self.chunks.height.min(height - top);
-        let (offset, count) = (self.chunks.offsets[index], self.chunks.counts[index]);
-        if count < self.coder.fewest_bytes(self.chunks.width, rows) {
-            return invalid!("picture ends at row {} of {height}: {count} bytes cannot hold {rows} rows", top + 1);
+    /// Checks that chunks can hold their rows, before anything is allocated for these.
+    fn claim(&mut self, chunks: Range<usize>) -> Result<()> {
+        let (height, len) = (self.header.resolution.scanlines(), self.source.len());
+        for index in chunks {
+            let top = index / self.chunks.across * self.chunks.height;
+            let rows = self.chunks.height.min(height - top);
+            let (offset, count) = (self.chunks.offsets[index], self.chunks.counts[index]);
+            if count < self.coder.fewest_bytes(self.chunks.width, rows) {
+                return invalid!("picture ends at row {} of {height}: {count} bytes cannot hold {rows} rows", top + 1);
+            }
+            self.source.check(offset, count).map_err(|e| at_row(e, top, height))?;
+            self.taken += count;
+            if self.taken > len {
+                return invalid!(
+                    "row {}: its strips or tiles lie upon each other; expected bytes of their own",
+                    top + 1
+                );
+            }
         }
+        Ok(())
+    }
+
+    /// A chunk as it lies in the file, which was claimed.
+    fn fetch(&mut self, index: usize) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        self.source.read_at(offset, count, &mut bytes).map_err(|e| at_row(e, top, height))?;
-        Ok((self.coder.begin(bytes, self.chunks.width), rows))
+        self.source.read_at(self.chunks.offsets[index], self.chunks.counts[index], &mut bytes)?;
+        Ok(bytes)
     }
 
     /// Whole strips, as many as make up `rows`, on all threads.
     fn strips(&mut self, rows: usize, block: &mut Block) -> Result<()> {
         let (first, count) = (self.row / self.chunks.height, rows / self.chunks.height);
         let last = self.header.resolution.scanlines().div_ceil(self.chunks.height);
-        let strips = (first..(first + count.max(1)).min(last)).map(|i| self.begin(i));
-        let mut strips = strips.collect::<Result<Vec<_>>>()?;
-        block.rows = strips.iter().map(|s| s.1).sum();
+        let last = last.min(first + count.max(1));
+        self.claim(first..last)?;
+        let strips = (first..last).map(|i| self.fetch(i)).collect::<Result<Vec<_>>>()?;
+        let whole = (last - first) * self.chunks.height;
+        block.rows = whole.min(self.header.resolution.scanlines() - self.row);
         let row_floats = self.header.scanline_floats();
         block.data.resize(block.rows * row_floats, 0.0);
         let (top, height) = (self.row, self.header.resolution.scanlines());
-        let each = self.chunks.height;
-        let decode = |(i, (part, (strip, _))): (usize, (&mut [f32], &mut Begun))| -> Result<()> {
+        let (coder, width, each) = (&self.coder, self.chunks.width, self.chunks.height);
+        // A strip's decoder lives no longer than the strip, or many small ones would fill the memory.
+        let decode = |(i, (part, bytes)): (usize, (&mut [f32], Vec<u8>))| -> Result<()> {
+            let mut strip = coder.begin(bytes, width);
             for (n, row) in part.chunks_exact_mut(row_floats).enumerate() {
                 strip.row(row).map_err(|e| at_row(e, top + i * each + n, height))?;
             }
@@ -132,34 +172,54 @@ impl<C: Coder> Reader<C> {
         };
         let parts = block.data.chunks_mut(each * row_floats);
         if parallel::threads() == 1 {
-            return parts.zip(&mut strips).enumerate().try_for_each(decode);
+            return parts.zip(strips).enumerate().try_for_each(decode);
         }
         // The first failure in the picture's order counts.
         let parts = block.data.par_chunks_mut(each * row_floats);
-        let results: Vec<Result<()>> = parts.zip(&mut strips).enumerate().map(decode).collect();
+        let results: Vec<Result<()>> = parts.zip(strips).enumerate().map(decode).collect();
         results.into_iter().collect()
     }
 
     /// Up to `rows` rows of one band of tiles, or of a tall strip.
     fn rows_of_band(&mut self, rows: usize, block: &mut Block) -> Result<()> {
+        let (row_floats, chunk) = (self.header.scanline_floats(), self.chunks.width);
         if self.band_rows == 0 {
             let first = self.row / self.chunks.height * self.chunks.across;
-            let begun: Vec<_> = (first..first + self.chunks.across).map(|i| self.begin(i)).collect::<Result<_>>()?;
-            self.band_rows = begun.first().map_or(0, |b| b.1);
-            self.band = begun.into_iter().map(|b| b.0).collect();
+            let band = first..first + self.chunks.across;
+            let height = self.chunks.height.min(self.header.resolution.scanlines() - self.row);
+            self.claim(band.clone())?;
+            self.piece.resize(chunk * self.header.ncomp, 0.0);
+            if band.len() > 1 && band.len() * BEGUN > 4 * height * row_floats {
+                return self.band_at_once(first, height, block);
+            }
+            let packed = band.map(|i| self.fetch(i)).collect::<Result<Vec<_>>>()?;
+            self.band = packed.into_iter().map(|bytes| self.coder.begin(bytes, chunk)).collect();
+            self.band_rows = height;
         }
         block.rows = rows.min(self.band_rows);
         self.band_rows -= block.rows;
-        let (width, ncomp, height) =
-            (self.header.resolution.scanline_len(), self.header.ncomp, self.header.resolution.scanlines());
-        let chunk = self.chunks.width;
-        self.piece.resize(chunk * ncomp, 0.0);
-        block.data.clear();
-        for n in 0..block.rows {
-            for (i, rows) in self.band.iter_mut().enumerate() {
-                rows.row(&mut self.piece).map_err(|e| at_row(e, self.row + n, height))?;
-                let pixels = chunk.min(width - i * chunk);
-                block.data.extend_from_slice(&self.piece[..pixels * ncomp]);
+        block.data.resize(block.rows * row_floats, 0.0);
+        for (n, line) in block.data.chunks_exact_mut(row_floats).enumerate() {
+            for (rows, part) in self.band.iter_mut().zip(line.chunks_mut(self.piece.len())) {
+                rows.row(&mut self.piece).map_err(|e| at_row(e, self.row + n, self.header.resolution.scanlines()))?;
+                part.copy_from_slice(&self.piece[..part.len()]);
+            }
+        }
+        Ok(())
+    }
+
+    /// A whole band of tiles one after the other, where their rows take less room than their decoders.
+    fn band_at_once(&mut self, first: usize, rows: usize, block: &mut Block) -> Result<()> {
+        let (row_floats, piece) = (self.header.scanline_floats(), self.piece.len());
+        block.rows = rows;
+        block.data.resize(rows * row_floats, 0.0);
+        for i in 0..self.chunks.across {
+            let bytes = self.fetch(first + i)?;
+            let mut tile = self.coder.begin(bytes, self.chunks.width);
+            for (n, line) in block.data.chunks_exact_mut(row_floats).enumerate() {
+                let part = &mut line[i * piece..row_floats.min((i + 1) * piece)];
+                tile.row(&mut self.piece).map_err(|e| at_row(e, self.row + n, self.header.resolution.scanlines()))?;
+                part.copy_from_slice(&self.piece[..part.len()]);
             }
         }
         Ok(())
@@ -199,7 +259,7 @@ impl<C: Coder> Picture for Reader<C> {
     }
 
     fn rewind(&mut self) -> Result<bool> {
-        (self.row, self.band_rows) = (0, 0);
+        (self.row, self.band_rows, self.taken) = (0, 0, 0);
         Ok(true)
     }
 }

@@ -1,7 +1,7 @@
 //! Triangle meshes from files. One format, one file, one line in [`load`].
 
-mod obj;
-mod ply;
+pub mod obj;
+pub mod ply;
 
 use std::path::Path;
 

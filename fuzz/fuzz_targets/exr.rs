@@ -1,0 +1,6 @@
+//! OpenEXR, every compression.
+#![no_main]
+
+use libfuzzer_sys::{Corpus, fuzz_target};
+
+fuzz_target!(|bytes: &[u8]| -> Corpus { luxpipe_fuzz::read(Some("OpenEXR"), bytes) });

@@ -1,0 +1,6 @@
+//! LogLuv and Pixar log in TIFF.
+#![no_main]
+
+use libfuzzer_sys::{Corpus, fuzz_target};
+
+fuzz_target!(|bytes: &[u8]| -> Corpus { luxpipe_fuzz::read(Some("TIFF"), bytes) });
