@@ -15,7 +15,8 @@ use flate2::write::ZlibEncoder;
 
 use crate::codec::Reading;
 use crate::codec::tiff::directory::{Directory, tag};
-use crate::codec::tiff::read::{self, Coder, Remarks, Rows};
+use crate::codec::tiff::read::{self, Coder, Rows};
+use crate::codec::tiff::remarks::Remarks;
 use crate::codec::tiff::write::{self, Layout, Strip};
 use crate::color::Primaries;
 use crate::notes::Notes;

@@ -1,7 +1,7 @@
 //! Decoding ahead: pieces that are read one after the other, worked on side by side, and handed out in order.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use super::{Alarm, lock, threads};
 use crate::{Error, Result};
@@ -10,11 +10,11 @@ use crate::{Error, Result};
 pub trait Pieces: Send + 'static {
     /// One piece, raw and then done; used again and again.
     type Piece: Default + Send + 'static;
-    /// What the work needs besides the piece.
+    /// What both need besides the piece.
     type Tools: Send + Sync + 'static;
 
     /// Reads the next piece, quickly; false after the last.
-    fn fill(&mut self, piece: &mut Self::Piece) -> Result<bool>;
+    fn fill(&mut self, tools: &Self::Tools, piece: &mut Self::Piece) -> Result<bool>;
 
     /// Works on a piece.
     fn work(tools: &Self::Tools, piece: &mut Self::Piece) -> Result<()>;
@@ -23,15 +23,15 @@ pub trait Pieces: Send + 'static {
     fn rewind(&mut self) -> Result<bool>;
 }
 
-/// Pieces ready a thread: more would only take memory.
-const READY_A_THREAD: u64 = 2;
+/// Pieces on their way a thread: more would only take memory.
+const UNDER_WAY: u64 = 2;
+/// How often a thread looks again before it sleeps: reading a piece takes not much longer than falling asleep and waking.
+const LOOKS: usize = 2000;
 
-/// Hands out pieces. With one thread each is read and worked on when it is asked for; with more, others begin the next ones
+/// Hands out pieces. With one thread each is read and worked on when it is asked for; with more, others read and work ahead
 /// meanwhile, and who asks works too instead of waiting.
 pub struct Ahead<P: Pieces> {
     shared: Arc<Shared<P>>,
-    /// Number of pieces handed out.
-    taken: u64,
     ended: bool,
     /// Have the others started?
     started: bool,
@@ -51,18 +51,29 @@ struct Books<T> {
     taken: u64,
     /// The source has no more, or has failed.
     ended: bool,
-    /// What is done and not yet handed out; `None` stands for the end.
-    done: BTreeMap<u64, Result<Option<T>>>,
-    spare: Vec<T>,
+    /// Done and not yet handed out; `None` stands for the end.
+    done: BTreeMap<u64, Result<Option<Owned<T>>>>,
+    spare: Vec<Owned<T>>,
     /// Counts rewinds: what was begun before one comes too late.
     round: u64,
+    /// Threads that wait for something to do.
+    waiting: usize,
     /// Nobody will ask again.
     dropped: bool,
 }
 
+/// A piece, and the thread that fills it again and again: its memory lies in that one's cache.
+struct Owned<T>(usize, T);
+
+type Guard<'a, P> = MutexGuard<'a, Books<<P as Pieces>::Piece>>;
+
 impl<T> Books<T> {
+    fn room(&self) -> u64 {
+        (self.taken + UNDER_WAY * threads() as u64).saturating_sub(self.begun)
+    }
+
     fn wants_more(&self) -> bool {
-        !self.ended && self.begun < self.taken + READY_A_THREAD * threads() as u64
+        !self.ended && self.room() > 0
     }
 }
 
@@ -70,9 +81,13 @@ impl<P: Pieces> Ahead<P> {
     /// Nothing is read before the first [`Ahead::next`].
     pub fn new(source: P, tools: P::Tools) -> Ahead<P> {
         let (done, spare) = (BTreeMap::new(), Vec::new());
-        let books = Mutex::new(Books { begun: 0, taken: 0, ended: false, done, spare, round: 0, dropped: false });
-        let shared = Arc::new(Shared { source: Mutex::new(source), tools, books, changed: Condvar::new() });
-        Ahead { shared, taken: 0, ended: false, started: false }
+        let books = Books { begun: 0, taken: 0, ended: false, done, spare, round: 0, waiting: 0, dropped: false };
+        let (source, books) = (Mutex::new(source), Mutex::new(books));
+        Ahead {
+            shared: Arc::new(Shared { source, tools, books, changed: Condvar::new() }),
+            ended: false,
+            started: false,
+        }
     }
 
     /// Shows the next piece; false after the last. After a failure there is no more.
@@ -80,38 +95,20 @@ impl<P: Pieces> Ahead<P> {
         if self.ended {
             return Ok(false);
         }
-        let piece = self.piece();
+        if !self.started {
+            self.started = true;
+            for owner in 1..threads() {
+                let shared = self.shared.clone();
+                // Where the system has no thread to give, fewer must do.
+                let _ = std::thread::Builder::new().spawn(move || shared.help(owner));
+            }
+        }
+        let piece = self.shared.take();
         self.ended = !matches!(piece, Ok(Some(_)));
         let Some(mut piece) = piece? else { return Ok(false) };
-        show(&mut piece);
+        show(&mut piece.1);
         lock(&self.shared.books).spare.push(piece);
         Ok(true)
-    }
-
-    fn piece(&mut self) -> Result<Option<P::Piece>> {
-        if threads() > 1 && !self.started {
-            self.started = true;
-            for _ in 1..threads() {
-                let shared = self.shared.clone();
-                std::thread::spawn(move || shared.help());
-            }
-        }
-        loop {
-            let mut books = lock(&self.shared.books);
-            if let Some(done) = books.done.remove(&self.taken) {
-                self.taken += 1;
-                books.taken = self.taken;
-                drop(books);
-                self.shared.changed.notify_all();
-                return done;
-            }
-            if books.wants_more() {
-                drop(books);
-                self.shared.step();
-            } else {
-                drop(self.shared.changed.wait(books).unwrap_or_else(PoisonError::into_inner));
-            }
-        }
     }
 
     /// Goes back before the first piece; false if the source cannot.
@@ -124,7 +121,7 @@ impl<P: Pieces> Ahead<P> {
         (books.begun, books.taken, books.ended) = (0, 0, false);
         books.round += 1;
         books.done.clear();
-        (self.taken, self.ended) = (0, false);
+        self.ended = false;
         drop(books);
         self.shared.changed.notify_all();
         Ok(true)
@@ -140,50 +137,93 @@ impl<P: Pieces> Drop for Ahead<P> {
 }
 
 impl<P: Pieces> Shared<P> {
-    /// Begins pieces while there is room for more.
-    fn help(&self) {
+    /// The next piece in order, however it comes about.
+    fn take(&self) -> Result<Option<Owned<P::Piece>>> {
         loop {
             let mut books = lock(&self.books);
-            while !books.dropped && !books.wants_more() {
-                books = self.changed.wait(books).unwrap_or_else(PoisonError::into_inner);
+            let next = books.taken;
+            if let Some(done) = books.done.remove(&next) {
+                books.taken += 1;
+                // Others are woken when there is enough for them to do.
+                let wake = books.waiting > 0 && !books.ended && 2 * books.room() >= UNDER_WAY * threads() as u64;
+                drop(books);
+                if wake {
+                    self.changed.notify_all();
+                }
+                return done;
             }
+            if let Err(books) = self.step(0, books) {
+                self.wait(books);
+            }
+        }
+    }
+
+    /// Reads and works while there is room for more.
+    fn help(&self, owner: usize) {
+        loop {
+            let books = lock(&self.books);
             if books.dropped {
                 return;
             }
-            drop(books);
-            self.step();
-        }
-    }
-
-    /// Reads the next piece and works on it.
-    fn step(&self) {
-        let mut source = lock(&self.source);
-        let (number, round, mut piece) = {
-            let mut books = lock(&self.books);
-            if books.ended {
-                return;
+            if let Err(books) = self.step(owner, books) {
+                self.wait(books);
             }
-            books.begun += 1;
-            (books.begun - 1, books.round, books.spare.pop().unwrap_or_default())
-        };
-        let _alarm = Alarm(|| self.settle(number, round, Err(Error::Unsupported("a thread broke off".into()))));
-        let filled = source.fill(&mut piece);
-        if !matches!(filled, Ok(true)) {
-            lock(&self.books).ended = true;
         }
-        drop(source);
-        let done =
-            filled.and_then(|more| if more { P::work(&self.tools, &mut piece).map(|()| true) } else { Ok(false) });
-        self.settle(number, round, done.map(|more| more.then_some(piece)));
     }
 
-    fn settle(&self, number: u64, round: u64, done: Result<Option<P::Piece>>) {
-        let mut books = lock(&self.books);
-        if books.round == round {
-            books.done.insert(number, done);
+    fn wait(&self, mut books: Guard<P>) {
+        books.waiting += 1;
+        let mut books = self.changed.wait(books).unwrap_or_else(PoisonError::into_inner);
+        books.waiting -= 1;
+    }
+
+    /// Reads a piece and works on it; gives the books back where no more are wanted, or another thread goes on reading.
+    fn step<'a>(&'a self, owner: usize, books: Guard<'a, P>) -> Result<(), Guard<'a, P>> {
+        if !books.wants_more() {
+            return Err(books);
         }
         drop(books);
-        self.changed.notify_all();
+        for _ in 0..LOOKS {
+            if self.source.try_lock().is_ok() {
+                break;
+            }
+            std::hint::spin_loop();
+        }
+        // With the books at hand: whoever reads now will find in them that this thread waits.
+        let mut books = lock(&self.books);
+        let mut source = match self.source.try_lock() {
+            Ok(source) if books.wants_more() => source,
+            Err(TryLockError::Poisoned(e)) if books.wants_more() => e.into_inner(),
+            _ => return Err(books),
+        };
+        let (number, round) = (books.begun, books.round);
+        books.begun += 1;
+        let own = books.spare.iter().position(|piece| piece.0 == owner);
+        let mut piece = own.map_or_else(|| Owned(owner, Default::default()), |i| books.spare.swap_remove(i));
+        drop(books);
+        let failed = || Error::Unsupported("a thread broke off".into());
+        let _alarm = Alarm(|| self.enter(round, |books| drop(books.done.insert(number, Err(failed())))));
+        let filled = source.fill(&self.tools, &mut piece.1);
+        drop(source);
+        let more = matches!(filled, Ok(true));
+        self.enter(round, |books| books.ended |= !more);
+        let done =
+            filled.and_then(|more| if more { P::work(&self.tools, &mut piece.1).map(|()| true) } else { Ok(false) });
+        self.enter(round, |books| drop(books.done.insert(number, done.map(|more| more.then_some(piece)))));
+        Ok(())
+    }
+
+    /// Changes the books, unless there was a rewind since the round, and wakes who waits.
+    fn enter(&self, round: u64, change: impl FnOnce(&mut Books<P::Piece>)) {
+        let mut books = lock(&self.books);
+        if books.round == round {
+            change(&mut books);
+        }
+        let wake = books.waiting > 0;
+        drop(books);
+        if wake {
+            self.changed.notify_all();
+        }
     }
 }
 
@@ -201,7 +241,7 @@ mod tests {
         type Piece = u64;
         type Tools = u64;
 
-        fn fill(&mut self, piece: &mut u64) -> Result<bool> {
+        fn fill(&mut self, _: &u64, piece: &mut u64) -> Result<bool> {
             if self.next == self.breaks_at {
                 return Err(Error::Invalid("broken".into()));
             }

@@ -21,26 +21,31 @@ pub fn set_threads(count: usize) {
     let _ = REQUEST.set(count); // the first word counts
 }
 
-/// The number of threads in use; 1 where nobody asked, and where the system has none to give.
+/// The number of threads in use; 1 where nobody asked.
 pub fn threads() -> usize {
     *THREADS.get_or_init(|| {
         let all = || std::thread::available_parallelism().map_or(1, |n| n.get());
         // More threads than that only take turns.
-        let count = match REQUEST.get() {
+        match REQUEST.get() {
             None => 1,
             Some(0) => all(),
             Some(count) => (*count).min(MOST_A_PROCESSOR * all()),
-        };
-        let pool = count > 1 && rayon::ThreadPoolBuilder::new().num_threads(count).build_global().is_ok();
-        if pool { count } else { 1 }
+        }
     })
+}
+
+/// Readies rayon's threads for work that is dealt out by it; false where there is one thread, or the system has none to give.
+pub fn pool() -> bool {
+    static POOL: OnceLock<bool> = OnceLock::new();
+    let build = || rayon::ThreadPoolBuilder::new().num_threads(threads()).build_global().is_ok();
+    *POOL.get_or_init(|| threads() > 1 && build())
 }
 
 /// Runs `f` over consecutive pieces of `data`, each a multiple of `unit` long, on all threads. `f` gets the index of the
 /// piece's first unit.
 pub fn for_pieces<T: Send>(data: &mut [T], unit: usize, f: impl Fn(usize, &mut [T]) + Sync) {
     let units = data.len() / unit;
-    if threads() == 1 || units < 2 {
+    if units < 2 || !pool() {
         return f(0, data);
     }
     let each = units.div_ceil(threads());
@@ -110,7 +115,8 @@ pub fn in_order<S: Default + Send>(
     };
     std::thread::scope(|scope| {
         for _ in 1..threads() {
-            scope.spawn(worker);
+            // Where the system has no thread to give, fewer must do.
+            let _ = std::thread::Builder::new().spawn_scoped(scope, worker);
         }
         worker();
     });

@@ -156,7 +156,7 @@ impl Picture for Rendering {
                 shade(at % width, first + at / width, out);
             }
         };
-        if parallel::threads() > 1 {
+        if parallel::pool() {
             block.data.par_chunks_mut(PIXELS_A_TASK * n).enumerate().for_each(task);
         } else {
             block.data.chunks_mut(PIXELS_A_TASK * n).enumerate().for_each(task);

@@ -31,7 +31,7 @@ impl Pieces for Coded {
     /// The components' factors.
     type Tools = [f32; 3];
 
-    fn fill(&mut self, piece: &mut Scanlines) -> Result<bool> {
+    fn fill(&mut self, _: &[f32; 3], piece: &mut Scanlines) -> Result<bool> {
         let total = self.header.resolution.scanlines();
         if self.row == total {
             return Ok(false);

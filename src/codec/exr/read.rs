@@ -319,7 +319,7 @@ impl Reader {
                 self.unpack(p, out, ncomp).map_err(|e| e.within(&format!("row {at}")))
             })
         };
-        let done: Vec<Result<()>> = if parallel::threads() > 1 && work.len() > 1 {
+        let done: Vec<Result<()>> = if work.len() > 1 && parallel::pool() {
             work.into_par_iter().zip(block.data.par_chunks_mut(rows * row)).map(place).collect()
         } else {
             work.into_iter().zip(block.data.chunks_mut(rows * row)).map(place).collect()

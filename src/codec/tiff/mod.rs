@@ -7,6 +7,7 @@
 
 pub mod directory;
 pub mod read;
+pub mod remarks;
 pub mod write;
 
 use crate::codec::{Format, Reading, logluv, pixarlog};

@@ -1,15 +1,12 @@
 //! Rows out of TIFF's strips and tiles.
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::directory::{Directory, tag};
-use crate::codec::{LONGEST_SCANLINE, Reading};
-use crate::color::{Primaries, Xy};
+use crate::codec::LONGEST_SCANLINE;
 use crate::notes::Notes;
-use crate::parallel;
-use crate::stream::annotation::Annotation;
+use crate::parallel::{Ahead, Pieces};
 use crate::stream::picture::block_rows;
 use crate::stream::source::Source;
 use crate::stream::{Block, Header, Picture};
@@ -17,6 +14,9 @@ use crate::{Error, Result, invalid};
 
 /// What a decoder may take beside its bytes: inflate's window, tables and buffer.
 const BEGUN: usize = 80 << 10;
+
+/// Strips of so many blocks' rows are decoded whole, each by one thread; taller ones row by row.
+const TALLEST: usize = 8;
 
 /// How the pixels of a strip or tile are coded.
 pub trait Coder: Send + Sync {
@@ -82,12 +82,9 @@ impl Chunks {
     }
 }
 
-/// A TIFF picture being read.
-struct Reader<C> {
+/// The file, as far as it is read.
+struct Chunked<C> {
     source: Source,
-    header: Header,
-    chunks: Chunks,
-    coder: C,
     row: usize,
     /// Bytes of the chunks that were read: beyond the file's length some of them are the same, which is how a small file could
     /// claim any work.
@@ -97,6 +94,30 @@ struct Reader<C> {
     band_rows: usize,
     /// A row of a chunk.
     piece: Vec<f32>,
+    coder: PhantomData<C>,
+}
+
+/// What stays the same from row to row.
+struct Plan<C> {
+    /// Of the file, for messages.
+    name: String,
+    header: Header,
+    chunks: Chunks,
+    coder: C,
+}
+
+/// Some rows, in strips yet to be decoded where there are any.
+#[derive(Default)]
+struct Strips {
+    first_row: usize,
+    packed: Vec<Vec<u8>>,
+    block: Block,
+}
+
+/// A TIFF picture being read.
+struct Reader<C: Coder + 'static> {
+    header: Header,
+    strips: Ahead<Chunked<C>>,
 }
 
 /// Reads a picture whose header is settled.
@@ -115,22 +136,70 @@ pub fn open<C: Coder + 'static>(
     } else if end.saturating_add(1) < source.len() && !directory.more {
         notes.add(format!("{}: {} bytes after its last strip and tag are ignored", source.name, source.len() - end));
     }
+    let plan = Plan { name: source.name.clone(), header: header.clone(), chunks, coder };
     let (band, piece) = (Vec::new(), Vec::new());
-    Ok(Box::new(Reader { source, header, chunks, coder, row: 0, taken: 0, band, band_rows: 0, piece }))
+    let file = Chunked { source, row: 0, taken: 0, band, band_rows: 0, piece, coder: PhantomData };
+    Ok(Box::new(Reader { header, strips: Ahead::new(file, plan) }))
 }
 
-impl<C: Coder> Reader<C> {
+impl<C: Coder + 'static> Pieces for Chunked<C> {
+    type Piece = Strips;
+    type Tools = Plan<C>;
+
+    fn fill(&mut self, plan: &Plan<C>, piece: &mut Strips) -> Result<bool> {
+        let height = plan.header.resolution.scanlines();
+        if self.row == height {
+            return Ok(false);
+        }
+        let rows = block_rows(&plan.header, height - self.row);
+        let whole = plan.chunks.across == 1 && plan.chunks.width == plan.header.resolution.scanline_len();
+        piece.first_row = self.row;
+        piece.packed.clear();
+        let done = if whole && plan.chunks.height <= rows.max(1).saturating_mul(TALLEST) {
+            self.strips(plan, rows, piece)
+        } else {
+            self.rows_of_band(plan, rows, &mut piece.block)
+        };
+        done.map_err(|e| e.within(&plan.name))?;
+        self.row += piece.block.rows;
+        Ok(true)
+    }
+
+    fn work(plan: &Plan<C>, Strips { first_row, packed, block }: &mut Strips) -> Result<()> {
+        let row_floats = plan.header.scanline_floats();
+        if !packed.is_empty() {
+            block.data.resize(block.rows * row_floats, 0.0);
+        }
+        let parts = block.data.chunks_mut(plan.chunks.height * row_floats);
+        for (i, (part, bytes)) in parts.zip(packed.drain(..)).enumerate() {
+            // A strip's decoder lives no longer than the strip, or many small ones would fill the memory.
+            let mut strip = plan.coder.begin(bytes, plan.chunks.width);
+            for (n, row) in part.chunks_exact_mut(row_floats).enumerate() {
+                let at = *first_row + i * plan.chunks.height + n;
+                strip.row(row).map_err(|e| plan.at_row(e, at).within(&plan.name))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn rewind(&mut self) -> Result<bool> {
+        (self.row, self.band_rows, self.taken) = (0, 0, 0);
+        Ok(true)
+    }
+}
+
+impl<C: Coder> Chunked<C> {
     /// Checks that chunks can hold their rows, before anything is allocated for these.
-    fn claim(&mut self, chunks: Range<usize>) -> Result<()> {
-        let (height, len) = (self.header.resolution.scanlines(), self.source.len());
+    fn claim(&mut self, plan: &Plan<C>, chunks: Range<usize>) -> Result<()> {
+        let (height, len) = (plan.header.resolution.scanlines(), self.source.len());
         for index in chunks {
-            let top = index / self.chunks.across * self.chunks.height;
-            let rows = self.chunks.height.min(height - top);
-            let (offset, count) = (self.chunks.offsets[index], self.chunks.counts[index]);
-            if count < self.coder.fewest_bytes(self.chunks.width, rows) {
+            let top = index / plan.chunks.across * plan.chunks.height;
+            let rows = plan.chunks.height.min(height - top);
+            let (offset, count) = (plan.chunks.offsets[index], plan.chunks.counts[index]);
+            if count < plan.coder.fewest_bytes(plan.chunks.width, rows) {
                 return invalid!("picture ends at row {} of {height}: {count} bytes cannot hold {rows} rows", top + 1);
             }
-            self.source.check(offset, count).map_err(|e| at_row(e, top, height))?;
+            self.source.check(offset, count).map_err(|e| plan.at_row(e, top))?;
             self.taken += count;
             if self.taken > len {
                 return invalid!(
@@ -143,57 +212,39 @@ impl<C: Coder> Reader<C> {
     }
 
     /// A chunk as it lies in the file, which was claimed.
-    fn fetch(&mut self, index: usize) -> Result<Vec<u8>> {
+    fn fetch(&mut self, plan: &Plan<C>, index: usize) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        self.source.read_at(self.chunks.offsets[index], self.chunks.counts[index], &mut bytes)?;
+        self.source.read_at(plan.chunks.offsets[index], plan.chunks.counts[index], &mut bytes)?;
         Ok(bytes)
     }
 
-    /// Whole strips, as many as make up `rows`, on all threads.
-    fn strips(&mut self, rows: usize, block: &mut Block) -> Result<()> {
-        let (first, count) = (self.row / self.chunks.height, rows / self.chunks.height);
-        let last = self.header.resolution.scanlines().div_ceil(self.chunks.height);
-        let last = last.min(first + count.max(1));
-        self.claim(first..last)?;
-        let strips = (first..last).map(|i| self.fetch(i)).collect::<Result<Vec<_>>>()?;
-        let whole = (last - first) * self.chunks.height;
-        block.rows = whole.min(self.header.resolution.scanlines() - self.row);
-        let row_floats = self.header.scanline_floats();
-        block.data.resize(block.rows * row_floats, 0.0);
-        let (top, height) = (self.row, self.header.resolution.scanlines());
-        let (coder, width, each) = (&self.coder, self.chunks.width, self.chunks.height);
-        // A strip's decoder lives no longer than the strip, or many small ones would fill the memory.
-        let decode = |(i, (part, bytes)): (usize, (&mut [f32], Vec<u8>))| -> Result<()> {
-            let mut strip = coder.begin(bytes, width);
-            for (n, row) in part.chunks_exact_mut(row_floats).enumerate() {
-                strip.row(row).map_err(|e| at_row(e, top + i * each + n, height))?;
-            }
-            Ok(())
-        };
-        let parts = block.data.chunks_mut(each * row_floats);
-        if parallel::threads() == 1 {
-            return parts.zip(strips).enumerate().try_for_each(decode);
+    /// Whole strips, as many as make up `rows`.
+    fn strips(&mut self, plan: &Plan<C>, rows: usize, piece: &mut Strips) -> Result<()> {
+        let (each, height) = (plan.chunks.height, plan.header.resolution.scanlines());
+        let first = self.row / each;
+        let last = height.div_ceil(each).min(first + (rows / each).max(1));
+        self.claim(plan, first..last)?;
+        for i in first..last {
+            piece.packed.push(self.fetch(plan, i)?);
         }
-        // The first failure in the picture's order counts.
-        let parts = block.data.par_chunks_mut(each * row_floats);
-        let results: Vec<Result<()>> = parts.zip(strips).enumerate().map(decode).collect();
-        results.into_iter().collect()
+        piece.block.rows = ((last - first) * each).min(height - self.row);
+        Ok(())
     }
 
     /// Up to `rows` rows of one band of tiles, or of a tall strip.
-    fn rows_of_band(&mut self, rows: usize, block: &mut Block) -> Result<()> {
-        let (row_floats, chunk) = (self.header.scanline_floats(), self.chunks.width);
+    fn rows_of_band(&mut self, plan: &Plan<C>, rows: usize, block: &mut Block) -> Result<()> {
+        let (row_floats, chunk) = (plan.header.scanline_floats(), plan.chunks.width);
         if self.band_rows == 0 {
-            let first = self.row / self.chunks.height * self.chunks.across;
-            let band = first..first + self.chunks.across;
-            let height = self.chunks.height.min(self.header.resolution.scanlines() - self.row);
-            self.claim(band.clone())?;
-            self.piece.resize(chunk * self.header.ncomp, 0.0);
+            let first = self.row / plan.chunks.height * plan.chunks.across;
+            let band = first..first + plan.chunks.across;
+            let height = plan.chunks.height.min(plan.header.resolution.scanlines() - self.row);
+            self.claim(plan, band.clone())?;
+            self.piece.resize(chunk * plan.header.ncomp, 0.0);
             if band.len() > 1 && band.len() * BEGUN > 4 * height * row_floats {
-                return self.band_at_once(first, height, block);
+                return self.band_at_once(plan, first, height, block);
             }
-            let packed = band.map(|i| self.fetch(i)).collect::<Result<Vec<_>>>()?;
-            self.band = packed.into_iter().map(|bytes| self.coder.begin(bytes, chunk)).collect();
+            let packed = band.map(|i| self.fetch(plan, i)).collect::<Result<Vec<_>>>()?;
+            self.band = packed.into_iter().map(|bytes| plan.coder.begin(bytes, chunk)).collect();
             self.band_rows = height;
         }
         block.rows = rows.min(self.band_rows);
@@ -201,7 +252,7 @@ impl<C: Coder> Reader<C> {
         block.data.resize(block.rows * row_floats, 0.0);
         for (n, line) in block.data.chunks_exact_mut(row_floats).enumerate() {
             for (rows, part) in self.band.iter_mut().zip(line.chunks_mut(self.piece.len())) {
-                rows.row(&mut self.piece).map_err(|e| at_row(e, self.row + n, self.header.resolution.scanlines()))?;
+                rows.row(&mut self.piece).map_err(|e| plan.at_row(e, self.row + n))?;
                 part.copy_from_slice(&self.piece[..part.len()]);
             }
         }
@@ -209,16 +260,16 @@ impl<C: Coder> Reader<C> {
     }
 
     /// A whole band of tiles one after the other, where their rows take less room than their decoders.
-    fn band_at_once(&mut self, first: usize, rows: usize, block: &mut Block) -> Result<()> {
-        let (row_floats, piece) = (self.header.scanline_floats(), self.piece.len());
+    fn band_at_once(&mut self, plan: &Plan<C>, first: usize, rows: usize, block: &mut Block) -> Result<()> {
+        let (row_floats, piece) = (plan.header.scanline_floats(), self.piece.len());
         block.rows = rows;
         block.data.resize(rows * row_floats, 0.0);
-        for i in 0..self.chunks.across {
-            let bytes = self.fetch(first + i)?;
-            let mut tile = self.coder.begin(bytes, self.chunks.width);
+        for i in 0..plan.chunks.across {
+            let bytes = self.fetch(plan, first + i)?;
+            let mut tile = plan.coder.begin(bytes, plan.chunks.width);
             for (n, line) in block.data.chunks_exact_mut(row_floats).enumerate() {
                 let part = &mut line[i * piece..row_floats.min((i + 1) * piece)];
-                tile.row(&mut self.piece).map_err(|e| at_row(e, self.row + n, self.header.resolution.scanlines()))?;
+                tile.row(&mut self.piece).map_err(|e| plan.at_row(e, self.row + n))?;
                 part.copy_from_slice(&self.piece[..part.len()]);
             }
         }
@@ -226,11 +277,16 @@ impl<C: Coder> Reader<C> {
     }
 }
 
-/// Where a picture ends too early.
-fn at_row(e: Error, row: usize, height: usize) -> Error {
-    match e {
-        io @ Error::Io { .. } => io,
-        e => Error::Invalid(format!("picture ends at row {} of {height}: {e}", row + 1)),
+impl<C> Plan<C> {
+    /// Where a picture ends too early.
+    fn at_row(&self, e: Error, row: usize) -> Error {
+        match e {
+            io @ Error::Io { .. } => io,
+            e => {
+                let height = self.header.resolution.scanlines();
+                Error::Invalid(format!("picture ends at row {} of {height}: {e}", row + 1))
+            }
+        }
     }
 }
 
@@ -240,72 +296,15 @@ impl<C: Coder> Picture for Reader<C> {
     }
 
     fn next(&mut self, block: &mut Block) -> Result<bool> {
-        let height = self.header.resolution.scanlines();
-        if self.row == height {
+        let more = self.strips.next(|strips| std::mem::swap(&mut strips.block, block))?;
+        if !more {
             block.rows = 0;
             block.data.clear();
-            return Ok(false);
         }
-        let rows = block_rows(&self.header, height - self.row);
-        let whole = self.chunks.across == 1 && self.chunks.width == self.header.resolution.scanline_len();
-        let done = if whole && self.chunks.height <= rows.max(1) {
-            self.strips(rows, block)
-        } else {
-            self.rows_of_band(rows, block)
-        };
-        done.map_err(|e| e.within(&self.source.name))?;
-        self.row += block.rows;
-        Ok(true)
+        Ok(more)
     }
 
     fn rewind(&mut self) -> Result<bool> {
-        (self.row, self.band_rows, self.taken) = (0, 0, 0);
-        Ok(true)
-    }
-}
-
-/// What a TIFF says beside its pixels.
-pub struct Remarks {
-    /// The ImageDescription.
-    pub annotation: Annotation,
-    /// Tag 318, where it is a chromaticity.
-    pub white: Option<Xy>,
-    /// Tag 319 with that white.
-    pub primaries: Option<Primaries>,
-    /// cd/m2 of a stored luminance of 1.
-    pub stonits: Option<f64>,
-}
-
-impl Remarks {
-    /// Reads them all; what makes no sense is a note.
-    pub fn read(directory: &Directory, source: &mut Source, reading: &Reading) -> Result<Remarks> {
-        let text = directory.text(tag::DESCRIPTION, source)?.unwrap_or_default();
-        let annotation = Annotation::parse(&text)?;
-        let mut reals = |tag: u16| directory.reals(tag, source);
-        let white = reals(tag::WHITE_POINT)?;
-        let primaries = reals(tag::PRIMARIES)?;
-        let stonits = reals(tag::STONITS)?;
-        let odd = |what: &str| reading.notes.add(format!("{}: its {what} makes no sense and is ignored", source.name));
-        let xy = white.and_then(|w| match w[..] {
-            [x, y] if (Xy { x, y }).is_physical() => Some(Xy { x, y }),
-            _ => {
-                odd("WhitePoint");
-                None
-            }
-        });
-        let primaries = primaries.and_then(|p| {
-            let white = annotation.primaries().map(|p| p.white).or(xy).unwrap_or(Xy::D65);
-            let found = Primaries::from_numbers(&[&p[..], &[white.x, white.y]].concat());
-            if found.is_none() {
-                odd("PrimaryChromaticities");
-            }
-            found
-        });
-        let stonits = match stonits.as_deref() {
-            Some([s, ..]) if (1e-30..1e30).contains(s) => Some(*s),
-            Some(_) => return invalid!("StoNits is not a number from 1e-30 to 1e30"),
-            None => None,
-        };
-        Ok(Remarks { annotation, white: xy, primaries, stonits })
+        self.strips.rewind()
     }
 }
