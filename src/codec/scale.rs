@@ -4,7 +4,7 @@
 pub struct Octaves {
     /// By the leading bits, of what does not count too, so that every value takes the same few steps: what is infinite, NaN or
     /// negative comes last. What lies in the first, up to 3e-39, is as good as 0.
-    counts: Box<[u64; SLOTS]>,
+    counts: Box<[[u64; SLOTS]; TURNS]>,
     /// The largest bits of a finite positive value.
     largest: u32,
 }
@@ -14,22 +14,25 @@ const MOST: f32 = 1e30;
 
 /// A float's bits without the lowest: the quarter of an octave it lies in.
 const SHIFT: u32 = 21;
+/// Values are counted in turns here and there: neighbours are alike, and counting in one place waits for the count before.
+const TURNS: usize = 4;
 /// All there are.
 const SLOTS: usize = 1 << (32 - SHIFT);
 
 impl Default for Octaves {
     fn default() -> Self {
-        Octaves { counts: Box::new([0; SLOTS]), largest: 0 }
+        Octaves { counts: Box::new([[0; SLOTS]; TURNS]), largest: 0 }
     }
 }
 
 impl Octaves {
-    /// Counts a value; only what is above 0 and finite matters.
-    #[inline]
-    pub fn add(&mut self, value: f32) {
-        let bits = value.to_bits();
-        self.counts[(bits >> SHIFT) as usize] += 1;
-        self.largest = self.largest.max(if bits < f32::INFINITY.to_bits() { bits } else { 0 });
+    /// Counts values; only what is above 0 and finite matters.
+    pub fn add(&mut self, values: impl IntoIterator<Item = f32>) {
+        for (i, value) in values.into_iter().enumerate() {
+            let bits = value.to_bits();
+            self.counts[i % TURNS][(bits >> SHIFT) as usize] += 1;
+            self.largest = self.largest.max(if bits < f32::INFINITY.to_bits() { bits } else { 0 });
+        }
     }
 
     /// The largest value counted, 0 if there is none.
@@ -43,13 +46,14 @@ impl Octaves {
     ///
     /// ```
     /// let mut octaves = luxpipe::codec::scale::Octaves::default();
-    /// [100.0, 1600.0].map(|y| octaves.add(y));
+    /// octaves.add([100.0, 1600.0]);
     /// assert_eq!(octaves.best(0.01, 16.0), 1024.0); // 128, 256 and so on to 8192 would hold them too
     /// ```
     pub fn best(&self, bottom: f64, top: f64) -> f64 {
         let sensible = (MOST.to_bits() >> SHIFT) as usize;
         let edge = |i: usize| f64::from(f32::from_bits((i as u32) << SHIFT));
-        let filled = || self.counts[..sensible].iter().enumerate().skip(1).filter(|(_, n)| **n > 0);
+        let counts: Vec<u64> = (0..sensible).map(|i| self.counts.iter().map(|turn| turn[i]).sum()).collect();
+        let filled = || counts.iter().enumerate().skip(1).filter(|(_, n)| **n > 0);
         let total: u64 = filled().map(|(_, n)| n).sum();
         let over = |s: f64| -> u64 {
             filled().filter(|(i, _)| edge(i + 1).min(f64::from(self.largest())) > top * s).map(|(_, n)| n).sum()
@@ -69,15 +73,15 @@ mod tests {
     #[test]
     fn highlights_come_first_and_a_few_do_not_count() {
         let mut octaves = Octaves::default();
-        (0..9000).for_each(|_| octaves.add(1e-4));
-        (0..2000).for_each(|_| octaves.add(100.0));
+        octaves.add([1e-4; 9000]);
+        octaves.add([100.0; 2000]);
         assert_eq!(octaves.best(0.001, 16.0), 8.0);
-        (0..5).for_each(|_| octaves.add(1.6e9));
+        octaves.add([1.6e9; 5]);
         assert_eq!(octaves.best(0.001, 16.0), 8.0);
         assert_eq!(Octaves::default().best(0.001, 16.0), 1.0);
         // Infinities, as they come bounded, are no highlights.
         let mut octaves = Octaves::default();
-        [1e37, 1e37, 10.0].iter().for_each(|x| octaves.add(*x));
+        octaves.add([1e37, 1e37, 10.0]);
         assert_eq!(octaves.best(0.001, 16.0), 128.0); // the middle of 1 to 8192
     }
 }

@@ -80,7 +80,7 @@ impl Filter for RaLoglv {
         let mut stonits = absolute.then_some(self.stonits.unwrap_or(1.0));
         if coding == Coding::Log24 && absolute && self.stonits.is_none() {
             let mut octaves = Octaves::default();
-            let look = |_: &_, block: &crate::stream::Block| block.data.chunks_exact(3).for_each(|p| octaves.add(p[1]));
+            let look = |_: &_, block: &crate::stream::Block| octaves.add(block.data.chunks_exact(3).map(|p| p[1]));
             picture = spool::twice(picture, &limits, &run.notes, look)?;
             stonits = Some(octaves.best(RANGE_24[0], RANGE_24[1]));
             replaced = writer::settled(&replaced);

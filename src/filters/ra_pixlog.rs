@@ -53,7 +53,7 @@ impl Filter for RaPixlog {
         let mut stonits = self.stonits.filter(|_| absolute);
         if absolute && stonits.is_none() {
             let mut octaves = Octaves::default();
-            let look = |_: &_, block: &Block| block.data.iter().for_each(|x| octaves.add(*x));
+            let look = |_: &_, block: &Block| octaves.add(block.data.iter().copied());
             picture = spool::twice(picture, &limits, &run.notes, look)?;
             stonits = Some(octaves.best(pixarlog::BOTTOM, pixarlog::CEILING));
             replaced = writer::settled(&replaced);

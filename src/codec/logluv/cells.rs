@@ -28,8 +28,7 @@ pub struct Cells {
     edge: [u32; DIRECTIONS],
     // The rows again, for every byte one.
     starts: [f32; 256],
-    counts: [u32; 256],
-    firsts: [u32; 256],
+    extents: [u32; 256],
 }
 
 impl Cells {
@@ -45,19 +44,18 @@ impl Cells {
                 rows.push(Row { u_start, cells: cells.parse().unwrap_or(0), first });
             }
             let starts = std::array::from_fn(|i| rows.get(i).map_or(0.0, |r| r.u_start as f32));
-            let counts = std::array::from_fn(|i| rows.get(i).map_or(0, |r| r.cells));
-            let firsts = std::array::from_fn(|i| rows.get(i).map_or(0, |r| r.first));
-            let mut cells = Cells { rows, edge: [0; DIRECTIONS], starts, counts, firsts };
+            let extents = std::array::from_fn(|i| rows.get(i).map_or(0, |r| r.cells << 16 | r.first));
+            let mut cells = Cells { rows, edge: [0; DIRECTIONS], starts, extents };
             cells.edge = cells.find_edge();
             cells
         })
     }
 
-    /// Where a row begins in u', how many cells it has, and the first one's code; none in rows that there are not.
+    /// Where a row begins in u'; its number of cells in the upper 16 bits, 0 where there is no such row, and the first one's
+    /// code in the lower.
     #[inline(always)]
-    pub(super) fn row(&self, row: u8) -> (f32, u32, u32) {
-        let row = usize::from(row);
-        (self.starts[row], self.counts[row], self.firsts[row])
+    pub(super) fn row(&self, row: u8) -> (f32, u32) {
+        (self.starts[usize::from(row)], self.extents[usize::from(row)])
     }
 
     /// The cell that holds u', v'; `None` outside all.
