@@ -254,7 +254,7 @@ mod tests {
         }
 
         fn work(factor: &u64, piece: &mut u64) -> Result<()> {
-            if *piece * 7919 % 64 == 0 {
+            if (*piece * 7919).is_multiple_of(64) {
                 std::thread::sleep(std::time::Duration::from_micros(20));
             }
             *piece *= factor;
