@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 
 const WIDTH: usize = 4096;
 const HEIGHT: usize = 2048;
-const RUNS: usize = 7;
+const RUNS: usize = 11;
 
 /// One comparison: our command, a peer's, how many times faster ours must be.
 struct Row {
@@ -126,7 +126,7 @@ fn compare(shell: &Shell, row: &Row, runs: usize) {
             peers.extend(shell.run(&row.peer).map(|t| t.0));
         }
     }
-    let time = median(&mut ours);
+    let time = median(ours.iter().copied());
     let speed = (WIDTH * HEIGHT) as f64 / 1e6 / time;
     let name = row.peer.split(' ').next().unwrap_or_default();
     print!("{:<18} {time:>8.3} {speed:>8.1} ", row.what);
@@ -134,12 +134,16 @@ fn compare(shell: &Shell, row: &Row, runs: usize) {
         let why = if name.is_empty() { "none offers it".to_string() } else { format!("skipped: {name} is not there") };
         println!("{:>9} {:>7} {:>6}  {why}", "-", "-", shown(row.bound));
     } else {
-        let peer = median(&mut peers);
-        println!("{peer:>9.3} {:>7.2} {:>6}  {}", peer / time, shown(row.bound), row.peer);
+        let (peer, ratio) = (median(peers.iter().copied()), ratio(&peers, &ours));
+        println!("{peer:>9.3} {ratio:>7.2} {:>6}  {}", shown(row.bound), row.peer);
     }
 }
 
-/// A bound where there is one.
+/// The median of what neighbouring runs give: a processor's pace changes from second to second.
+fn ratio(slow: &[f64], fast: &[f64]) -> f64 {
+    median(slow.iter().zip(fast).map(|(s, f)| s / f))
+}
+
 fn shown(bound: f64) -> String {
     if bound.is_nan() { "-".into() } else { bound.to_string() }
 }
@@ -154,11 +158,12 @@ fn gain(shell: &Shell, what: &str, command: &str, runs: usize) {
         one.extend(with(1));
         two.extend(with(2));
     }
-    let (one, two) = (median(&mut one), median(&mut two));
-    println!("{what:<18} {one:>8.3} {two:>8.3} {:>9.2} {:>6}", one / two, 1.7);
+    let gain = ratio(&one, &two);
+    println!("{what:<18} {:>8.3} {:>8.3} {gain:>9.2} {:>6}", median(one), median(two), 1.7);
 }
 
-fn median(times: &mut [f64]) -> f64 {
+fn median(times: impl IntoIterator<Item = f64>) -> f64 {
+    let mut times: Vec<f64> = times.into_iter().collect();
     times.sort_by(f64::total_cmp);
     times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
 }
