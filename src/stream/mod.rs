@@ -3,6 +3,7 @@
 //! the units its header states.
 
 pub mod annotation;
+pub mod groups;
 pub mod header;
 pub mod meaning;
 pub mod output;

@@ -1,7 +1,7 @@
 //! A picture as it flows: a header now, rows on demand, a block at a time.
 
 use crate::Result;
-use crate::parallel;
+use crate::parallel::{self, Ahead, Pieces};
 use crate::stream::Header;
 
 /// Bytes of a block that the caches and a pipe like; a block always holds at least one scanline.
@@ -112,6 +112,36 @@ impl Picture for Mapped {
 
     fn rewind(&mut self) -> Result<bool> {
         self.input.rewind()
+    }
+}
+
+/// A picture whose rows are decoded ahead, on all threads.
+struct Decoded<P: Pieces> {
+    header: Header,
+    pieces: Ahead<P>,
+}
+
+/// A picture of pieces that each hold a block.
+pub fn of_pieces<P: Pieces<Piece: AsMut<Block>>>(header: Header, source: P, tools: P::Tools) -> Box<dyn Picture> {
+    Box::new(Decoded { header, pieces: Ahead::new(source, tools) })
+}
+
+impl<P: Pieces<Piece: AsMut<Block>>> Picture for Decoded<P> {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn next(&mut self, block: &mut Block) -> Result<bool> {
+        let more = self.pieces.next(|piece| std::mem::swap(piece.as_mut(), block))?;
+        if !more {
+            block.rows = 0;
+            block.data.clear();
+        }
+        Ok(more)
+    }
+
+    fn rewind(&mut self) -> Result<bool> {
+        self.pieces.rewind()
     }
 }
 

@@ -5,7 +5,8 @@
 
 use std::io::BufRead;
 
-use crate::simd::{self, GROUP, bound};
+use crate::simd::{GROUP, bound};
+use crate::stream::groups;
 use crate::stream::rle::Planes;
 use crate::{Error, Result};
 
@@ -24,26 +25,12 @@ fn mantissa(byte: u8) -> f32 {
 
 /// Planes to pixel-interleaved triples, each component times its factor.
 pub fn decode_pixels(planes: &Planes, factors: [f32; 3], out: &mut [f32]) {
-    simd::wide(
+    groups::decode(
+        planes,
+        out,
         #[inline(always)]
-        || {
-            let [r, g, b, e] = planes.each_ref().map(|plane| plane.as_chunks());
-            let (groups, rest) = out.as_chunks_mut();
-            for ((((out, r), g), b), e) in groups.iter_mut().zip(r.0).zip(g.0).zip(b.0).zip(e.0) {
-                decode_group([r, g, b, e], factors, out);
-            }
-            if !rest.is_empty() {
-                let last = [r.1, g.1, b.1, e.1].map(|plane| {
-                    let mut group = [0; GROUP];
-                    group[..plane.len()].copy_from_slice(plane);
-                    group
-                });
-                let mut colours = [0f32; 3 * GROUP];
-                decode_group(last.each_ref(), factors, &mut colours);
-                rest.copy_from_slice(&colours[..rest.len()]);
-            }
-        },
-    )
+        |bytes, pixels| decode_group(bytes, factors, pixels),
+    );
 }
 
 #[inline(always)]
@@ -130,23 +117,11 @@ pub fn encode_pixel(mut c: [f32; 3], losses: &mut Losses) -> [u8; 4] {
 
 /// Encodes a scanline of triples, each times `factor`.
 pub fn encode_pixels(triples: &[f32], factor: f32, planes: &mut Planes, losses: &mut Losses) {
-    planes.iter_mut().for_each(|plane| plane.resize(triples.len() / 3, 0));
-    simd::wide(
+    groups::encode(
+        triples,
+        planes,
         #[inline(always)]
-        || {
-            let (groups, rest) = triples.as_chunks();
-            let [r, g, b, e] = planes.each_mut().map(|plane| plane.as_chunks_mut());
-            let targets = r.0.iter_mut().zip(g.0).zip(b.0).zip(e.0);
-            for (group, (((r, g), b), e)) in groups.iter().zip(targets) {
-                encode_group(group, factor, [r, g, b, e], losses);
-            }
-            if !rest.is_empty() {
-                let (mut group, mut bytes) = ([0.0; 3 * GROUP], [[0; GROUP]; 4]);
-                group[..rest.len()].copy_from_slice(rest);
-                encode_group(&group, factor, bytes.each_mut(), losses);
-                [r.1, g.1, b.1, e.1].into_iter().zip(&bytes).for_each(|(p, b)| p.copy_from_slice(&b[..p.len()]));
-            }
-        },
+        |group, bytes| encode_group(group, factor, bytes, losses),
     );
 }
 

@@ -6,7 +6,7 @@ use super::rle::{self, Planes};
 use super::{Block, Header, Picture, picture, rgbe};
 use crate::Result;
 use crate::notes::Notes;
-use crate::parallel::{Ahead, Pieces};
+use crate::parallel::Pieces;
 
 /// The file, as far as it is read.
 struct Coded {
@@ -24,6 +24,12 @@ struct Coded {
 struct Scanlines {
     planes: Planes,
     block: Block,
+}
+
+impl AsMut<Block> for Scanlines {
+    fn as_mut(&mut self) -> &mut Block {
+        &mut self.block
+    }
 }
 
 impl Pieces for Coded {
@@ -64,33 +70,8 @@ impl Pieces for Coded {
     }
 }
 
-/// A picture being read.
-struct Reader {
-    header: Header,
-    scanlines: Ahead<Coded>,
-}
-
 /// A picture whose input stands before its first pixel, at byte `start` if it is seekable.
 pub(super) fn open(input: Input, start: u64, header: Header, factors: [f32; 3], notes: Notes) -> Box<dyn Picture> {
     let coded = Coded { input, header: header.clone(), decoder: rle::Decoder::default(), start, row: 0, notes };
-    Box::new(Reader { header, scanlines: Ahead::new(coded, factors) })
-}
-
-impl Picture for Reader {
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn next(&mut self, block: &mut Block) -> Result<bool> {
-        let more = self.scanlines.next(|piece| std::mem::swap(&mut piece.block, block))?;
-        if !more {
-            block.rows = 0;
-            block.data.clear();
-        }
-        Ok(more)
-    }
-
-    fn rewind(&mut self) -> Result<bool> {
-        self.scanlines.rewind()
-    }
+    picture::of_pieces(header, coded, factors)
 }

@@ -19,7 +19,8 @@ pub mod strips;
 
 use std::f64::consts::LN_2;
 
-use crate::simd::{self, GROUP};
+use crate::simd::GROUP;
+use crate::stream::groups;
 use crate::stream::rle::Planes;
 use cells::Cells;
 
@@ -212,25 +213,11 @@ impl Decoder {
 
     /// Planes of 32-bit words to triples, each times `factor`; what has a sign is black.
     pub fn decode_32(&self, planes: &Planes, factor: f32, out: &mut [f32]) {
-        simd::wide(
+        groups::decode(
+            planes,
+            out,
             #[inline(always)]
-            || {
-                let [high, low, u, v] = planes.each_ref().map(|plane| plane.as_chunks());
-                let (groups, rest) = out.as_chunks_mut();
-                for ((((out, high), low), u), v) in groups.iter_mut().zip(high.0).zip(low.0).zip(u.0).zip(v.0) {
-                    self.group([high, low, u, v], factor, out);
-                }
-                if !rest.is_empty() {
-                    let last = [high.1, low.1, u.1, v.1].map(|plane| {
-                        let mut group = [0; GROUP];
-                        group[..plane.len()].copy_from_slice(plane);
-                        group
-                    });
-                    let mut colours = [0f32; 3 * GROUP];
-                    self.group(last.each_ref(), factor, &mut colours);
-                    rest.copy_from_slice(&colours[..rest.len()]);
-                }
-            },
+            |bytes, pixels| self.group(bytes, factor, pixels),
         );
     }
 

@@ -6,6 +6,7 @@ use std::f64::consts::LN_2;
 use super::cells::{self, Cells};
 use super::{BLACK_24, BLACK_32, Losses, TOP_24, TOP_32, UV_SCALE, word_24, word_32};
 use crate::simd::{self, GROUP};
+use crate::stream::groups::{self, padded};
 use crate::stream::rle::Planes;
 
 /// Closer to a whole number than this, a code is found by itself in double precision: what many have in single precision is
@@ -93,13 +94,6 @@ fn planes(triples: &[f32; 3 * GROUP], factor: f32) -> Group {
     group
 }
 
-/// A row's last pixels, made up to a group by black ones.
-fn padded(rest: &[f32]) -> [f32; 3 * GROUP] {
-    let mut group = [0.0; 3 * GROUP];
-    group[..rest.len()].copy_from_slice(rest);
-    group
-}
-
 /// Pixels up to the bound that are not 0.
 #[cold]
 fn count_under(y: &[f32; GROUP], bounds: Bounds) -> u64 {
@@ -115,22 +109,11 @@ fn doubtful(doubts: &[u32; GROUP]) -> impl Iterator<Item = usize> {
 
 /// Encodes triples, each times `factor`, to the four byte planes of 32-bit words.
 pub fn encode_32(triples: &[f32], factor: f32, out: &mut Planes, losses: &mut Losses) {
-    out.iter_mut().for_each(|plane| plane.resize(triples.len() / 3, 0));
-    simd::wide(
+    groups::encode(
+        triples,
+        out,
         #[inline(always)]
-        || {
-            let (groups, rest) = triples.as_chunks();
-            let [a, b, c, d] = out.each_mut().map(|plane| plane.as_chunks_mut());
-            let targets = a.0.iter_mut().zip(b.0).zip(c.0).zip(d.0);
-            for (group, (((a, b), c), d)) in groups.iter().zip(targets) {
-                group_32(&planes(group, factor), [a, b, c, d], losses);
-            }
-            if !rest.is_empty() {
-                let mut bytes = [[0; GROUP]; 4];
-                group_32(&planes(&padded(rest), factor), bytes.each_mut(), losses);
-                [a.1, b.1, c.1, d.1].into_iter().zip(&bytes).for_each(|(p, b)| p.copy_from_slice(&b[..p.len()]));
-            }
-        },
+        |group, bytes| group_32(&planes(group, factor), bytes, losses),
     );
 }
 

@@ -6,8 +6,8 @@ use std::ops::Range;
 use super::directory::{Directory, tag};
 use crate::codec::LONGEST_SCANLINE;
 use crate::notes::Notes;
-use crate::parallel::{Ahead, Pieces};
-use crate::stream::picture::block_rows;
+use crate::parallel::Pieces;
+use crate::stream::picture::{self, block_rows};
 use crate::stream::source::Source;
 use crate::stream::{Block, Header, Picture};
 use crate::{Error, Result, invalid};
@@ -114,10 +114,10 @@ struct Strips {
     block: Block,
 }
 
-/// A TIFF picture being read.
-struct Reader<C: Coder + 'static> {
-    header: Header,
-    strips: Ahead<Chunked<C>>,
+impl AsMut<Block> for Strips {
+    fn as_mut(&mut self) -> &mut Block {
+        &mut self.block
+    }
 }
 
 /// Reads a picture whose header is settled.
@@ -139,7 +139,7 @@ pub fn open<C: Coder + 'static>(
     let plan = Plan { name: source.name.clone(), header: header.clone(), chunks, coder };
     let (band, piece) = (Vec::new(), Vec::new());
     let file = Chunked { source, row: 0, taken: 0, band, band_rows: 0, piece, coder: PhantomData };
-    Ok(Box::new(Reader { header, strips: Ahead::new(file, plan) }))
+    Ok(picture::of_pieces(header, file, plan))
 }
 
 impl<C: Coder + 'static> Pieces for Chunked<C> {
@@ -287,24 +287,5 @@ impl<C> Plan<C> {
                 Error::Invalid(format!("picture ends at row {} of {height}: {e}", row + 1))
             }
         }
-    }
-}
-
-impl<C: Coder> Picture for Reader<C> {
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn next(&mut self, block: &mut Block) -> Result<bool> {
-        let more = self.strips.next(|strips| std::mem::swap(&mut strips.block, block))?;
-        if !more {
-            block.rows = 0;
-            block.data.clear();
-        }
-        Ok(more)
-    }
-
-    fn rewind(&mut self) -> Result<bool> {
-        self.strips.rewind()
     }
 }
