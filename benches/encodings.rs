@@ -4,11 +4,12 @@
 //! Peers: `ra_xyze` and `ra_tiff` on the path or in the folder RADIANCE_BIN (pip's pyradiance has them in pyradiance/bin), and
 //! `tiffcp` of Debian's libtiff-tools (which only packs ready 16-bit words, without logarithms). `bash` takes the times.
 
+mod peak;
 mod picture;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 const WIDTH: usize = 4096;
 const HEIGHT: usize = 2048;
@@ -67,7 +68,7 @@ fn main() -> std::io::Result<()> {
         let words: Vec<&str> = command.split(' ').collect();
         let peak = |input: &str| {
             let mut program = Command::new(bin.join(words[0]));
-            peak_mb(program.args(&words[1..]).args([input, "out"]).current_dir(dir))
+            peak::peak_mb(program.args(&words[1..]).args([input, "out"]).current_dir(dir))
         };
         println!("{command:<40} {:>10.1} {:>10.1}", peak("big.lux")?, peak("tall.lux")?);
     }
@@ -166,22 +167,6 @@ fn median(times: impl IntoIterator<Item = f64>) -> f64 {
     let mut times: Vec<f64> = times.into_iter().collect();
     times.sort_by(f64::total_cmp);
     times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
-/// The largest resident size that the kernel recorded, asked for until the process ends.
-fn peak_mb(command: &mut Command) -> std::io::Result<f64> {
-    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
-    let status: PathBuf = format!("/proc/{}/status", child.id()).into();
-    let mut peak = 0f64;
-    while child.try_wait()?.is_none() {
-        if let Ok(text) = fs::read_to_string(&status) {
-            let line = text.lines().find_map(|l| l.strip_prefix("VmHWM:"));
-            let kb = line.and_then(|l| l.trim().trim_end_matches(" kB").parse::<f64>().ok());
-            peak = peak.max(kb.unwrap_or(0.0) / 1024.0);
-        }
-        std::thread::sleep(std::time::Duration::from_micros(300));
-    }
-    Ok(peak)
 }
 
 fn processor() -> String {

@@ -3,9 +3,11 @@
 //! `cat file | cat > /dev/null` is the speed of the pipe itself. Pairs of runs alternate, so that a machine whose speed
 //! drifts slows both; the median ratio counts.
 
+mod peak;
+
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -54,9 +56,9 @@ fn main() -> std::io::Result<()> {
     println!("{:<58} {:>8} {:>8}", "peak memory, MB", "all", "beyond");
     for name in ["vonkries", "xyz2rgb", "pcond"] {
         let program = bin.join(name);
-        let alone = peak_mb(Command::new(&program).arg("--version"))?;
+        let alone = peak::peak_mb(Command::new(&program).arg("--version"))?;
         for (what, input) in [("2048 rows", &file), ("8192 rows", &tall)] {
-            let all = peak_mb(Command::new(&program).arg(input))?;
+            let all = peak::peak_mb(Command::new(&program).arg(input))?;
             println!("{:<58} {all:>8.1} {:>8.1}", format!("{name}, {what}"), all - alone);
         }
     }
@@ -128,22 +130,6 @@ fn paired(a: &str, b: &str, pairs: usize, path: &str) -> std::io::Result<(Durati
     times.sort();
     ratios.sort_by(f64::total_cmp);
     Ok((times[pairs / 2], ratios[pairs / 2]))
-}
-
-/// The largest resident size that the kernel recorded, asked for until the process ends.
-fn peak_mb(command: &mut Command) -> std::io::Result<f64> {
-    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
-    let status: PathBuf = format!("/proc/{}/status", child.id()).into();
-    let mut peak = 0f64;
-    while child.try_wait()?.is_none() {
-        if let Ok(text) = fs::read_to_string(&status) {
-            let line = text.lines().find_map(|l| l.strip_prefix("VmHWM:"));
-            let kb = line.and_then(|l| l.trim().trim_end_matches(" kB").parse::<f64>().ok());
-            peak = peak.max(kb.unwrap_or(0.0) / 1024.0);
-        }
-        std::thread::sleep(Duration::from_micros(300));
-    }
-    Ok(peak)
 }
 
 fn megabytes(path: &Path) -> f64 {
