@@ -13,9 +13,9 @@ pub fn wide<R>(f: impl FnOnce() -> R) -> R {
     ARCH.get_or_init(pulp::Arch::new).dispatch(f)
 }
 
-/// Pixels coded together: so many that loops over them stay loops, which the compiler turns into vectors of any width, and so
+/// Pixels worked on together: so many that loops over them stay loops, which the compiler turns into vectors of any width, and so
 /// few that all about them stays in the nearest cache.
-pub const GROUP: usize = 128;
+pub const GROUP: usize = 64;
 
 /// True when every |x| is at most `limit`, which is finite; NaN and infinities are not. Whole numbers compare as floats of one
 /// sign do, and their largest is found a register at a time.

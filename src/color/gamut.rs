@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-use super::matrix::LANES;
+use crate::simd::GROUP;
 use crate::simd::bound;
 
 /// What to do with colours that the primaries cannot make.
@@ -37,7 +37,7 @@ const LARGEST: f32 = 1e37;
 
 /// Keeps what is mapped finite; NaN stays what it is.
 #[inline(always)]
-pub fn tame(rgb: &mut [[f32; LANES]; 3]) {
+pub fn tame(rgb: &mut [[f32; GROUP]; 3]) {
     for plane in rgb {
         for x in plane {
             *x = if *x > LARGEST { LARGEST } else { *x };
@@ -48,7 +48,7 @@ pub fn tame(rgb: &mut [[f32; LANES]; 3]) {
 
 /// Clips to the limit.
 #[inline(always)]
-pub fn clip(rgb: &mut [[f32; LANES]; 3], limit: Limit) {
+pub fn clip(rgb: &mut [[f32; GROUP]; 3], limit: Limit) {
     let top = match limit {
         Limit::Positive => f32::MAX,
         Limit::Unit => 1.0,
@@ -64,12 +64,12 @@ pub fn clip(rgb: &mut [[f32; LANES]; 3], limit: Limit) {
 ///
 /// A luminance outside the limit is first brought to its end: such a colour becomes black or white.
 #[inline(always)]
-pub fn desaturate(rgb: &mut [[f32; LANES]; 3], y: &[f32; 3], limit: Limit) {
+pub fn desaturate(rgb: &mut [[f32; GROUP]; 3], y: &[f32; 3], limit: Limit) {
     let top = match limit {
         Limit::Positive => f32::MAX,
         Limit::Unit => 1.0,
     };
-    for i in 0..LANES {
+    for i in 0..GROUP {
         let [r, g, b] = [rgb[0][i], rgb[1][i], rgb[2][i]];
         let grey = bound(y[0] * r + y[1] * g + y[2] * b, 0.0, top);
         let (low, high) = (r.min(g).min(b), r.max(g).max(b));
@@ -93,9 +93,9 @@ mod tests {
     const Y709: [f32; 3] = [0.212639, 0.715169, 0.072192];
 
     fn one(rgb: [f32; 3], limit: Limit) -> [f32; 3] {
-        let mut planes = rgb.map(|x| [x; LANES]);
+        let mut planes = rgb.map(|x| [x; GROUP]);
         desaturate(&mut planes, &Y709, limit);
-        planes.map(|p| p[LANES - 1])
+        planes.map(|p| p[GROUP - 1])
     }
 
     fn luminance(rgb: [f32; 3]) -> f32 {

@@ -1,6 +1,6 @@
 //! 3 x 3 matrices in double precision, and their application to rows of pixels.
 
-use crate::simd;
+use crate::simd::{self, GROUP};
 
 /// A 3 x 3 matrix, row by row.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,28 +59,22 @@ impl Mat3 {
     }
 }
 
-/// Pixels handled together: planes of this many values fill whole AVX-512 registers.
-pub const LANES: usize = 16;
-
-/// Hands pixel-interleaved triples to `f` as planes of [`LANES`] values, a short last group padded with zeros.
+/// Hands pixel-interleaved triples to `f` as planes of [`GROUP`] values, a short last group padded with zeros.
 ///
 /// `f` is compiled for the widest instruction set; it must be inlineable. `triples.len()` is a multiple of 3.
 #[inline(always)]
-pub fn for_planes(triples: &mut [f32], f: impl Fn(&mut [[f32; LANES]; 3])) {
+pub fn for_planes(triples: &mut [f32], f: impl Fn(&mut [[f32; GROUP]; 3])) {
     simd::wide(
         #[inline(always)]
         || {
-            let mut groups = triples.chunks_exact_mut(3 * LANES);
-            for group in groups.by_ref() {
-                let group: &mut [f32; 3 * LANES] =
-                    group.try_into().unwrap_or_else(|_| unreachable!("chunks are exact"));
+            let (groups, rest) = triples.as_chunks_mut();
+            for group in groups {
                 let mut planes = split(group);
                 f(&mut planes);
                 *group = join(&planes);
             }
-            let rest = groups.into_remainder();
             if !rest.is_empty() {
-                let mut group = [0f32; 3 * LANES];
+                let mut group = [0f32; 3 * GROUP];
                 group[..rest.len()].copy_from_slice(rest);
                 let mut planes = split(&group);
                 f(&mut planes);
@@ -92,9 +86,9 @@ pub fn for_planes(triples: &mut [f32], f: impl Fn(&mut [[f32; LANES]; 3])) {
 
 /// Pixel-interleaved triples as planes.
 #[inline(always)]
-pub fn split(group: &[f32; 3 * LANES]) -> [[f32; LANES]; 3] {
-    let mut planes = [[0f32; LANES]; 3];
-    for i in 0..LANES {
+fn split(group: &[f32; 3 * GROUP]) -> [[f32; GROUP]; 3] {
+    let mut planes = [[0f32; GROUP]; 3];
+    for i in 0..GROUP {
         planes[0][i] = group[3 * i];
         planes[1][i] = group[3 * i + 1];
         planes[2][i] = group[3 * i + 2];
@@ -104,9 +98,9 @@ pub fn split(group: &[f32; 3 * LANES]) -> [[f32; LANES]; 3] {
 
 /// Planes as pixel-interleaved triples.
 #[inline(always)]
-pub fn join(planes: &[[f32; LANES]; 3]) -> [f32; 3 * LANES] {
-    let mut group = [0f32; 3 * LANES];
-    for i in 0..LANES {
+fn join(planes: &[[f32; GROUP]; 3]) -> [f32; 3 * GROUP] {
+    let mut group = [0f32; 3 * GROUP];
+    for i in 0..GROUP {
         group[3 * i] = planes[0][i];
         group[3 * i + 1] = planes[1][i];
         group[3 * i + 2] = planes[2][i];
@@ -116,10 +110,10 @@ pub fn join(planes: &[[f32; LANES]; 3]) -> [f32; 3 * LANES] {
 
 /// One plane each of m x p, without touching `p`.
 #[inline(always)]
-pub fn multiply_planes(m: &[[f32; 3]; 3], p: &[[f32; LANES]; 3]) -> [[f32; LANES]; 3] {
-    let mut out = [[0f32; LANES]; 3];
+pub fn multiply_planes(m: &[[f32; 3]; 3], p: &[[f32; GROUP]; 3]) -> [[f32; GROUP]; 3] {
+    let mut out = [[0f32; GROUP]; 3];
     for (row, plane) in m.iter().zip(&mut out) {
-        for i in 0..LANES {
+        for i in 0..GROUP {
             plane[i] = row[0] * p[0][i] + row[1] * p[1][i] + row[2] * p[2][i];
         }
     }
