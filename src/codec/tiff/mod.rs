@@ -1,7 +1,7 @@
 //! The TIFF container: directories, strips and tiles of either byte order, classic and BigTIFF. What is in the strips is
 //! [`super::logluv`]'s and [`super::pixarlog`]'s; other TIFF is refused by name.
 //!
-//! Written: one picture in strips of about half a megabyte of floats, its first pixel top left; WHITE in tag 318, PRIMARIES in
+//! Written: one picture in strips of about a quarter of a megabyte of floats, its first pixel top left; WHITE in tag 318, PRIMARIES in
 //! 319 (RGB), StoNits in 37439, and the header's other lines in ImageDescription (270). BigTIFF where the file could pass
 //! 4 GiB. Read: the first picture of a file; one held in a single strip is held compressed.
 
