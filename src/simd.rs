@@ -17,6 +17,13 @@ pub fn wide<R>(f: impl FnOnce() -> R) -> R {
 /// few that all about them stays in the nearest cache.
 pub const GROUP: usize = 64;
 
+/// A row's end, made up to a group.
+pub fn padded<T: Copy + Default, const N: usize>(rest: &[T]) -> [T; N] {
+    let mut group = [T::default(); N];
+    group[..rest.len()].copy_from_slice(rest);
+    group
+}
+
 /// True when every |x| is at most `limit`, which is finite; NaN and infinities are not. Whole numbers compare as floats of one
 /// sign do, and their largest is found a register at a time.
 pub fn all_within(values: &[f32], limit: f32) -> bool {

@@ -1,6 +1,6 @@
 //! 3 x 3 matrices in double precision, and their application to rows of pixels.
 
-use crate::simd::{self, GROUP};
+use crate::simd::{self, GROUP, padded};
 
 /// A 3 x 3 matrix, row by row.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,9 +74,7 @@ pub fn for_planes(triples: &mut [f32], f: impl Fn(&mut [[f32; GROUP]; 3])) {
                 *group = join(&planes);
             }
             if !rest.is_empty() {
-                let mut group = [0f32; 3 * GROUP];
-                group[..rest.len()].copy_from_slice(rest);
-                let mut planes = split(&group);
+                let mut planes = split(&padded(rest));
                 f(&mut planes);
                 rest.copy_from_slice(&join(&planes)[..rest.len()]);
             }

@@ -1,7 +1,7 @@
 //! Rows of triples and planes of bytes, taken apart into groups that are coded together.
 
 use super::rle::Planes;
-use crate::simd::{self, GROUP};
+use crate::simd::{self, GROUP, padded};
 
 /// Turns triples into four planes: `code` gets a group of pixels and room for its bytes. A row's end is made up to a group by
 /// zeros.
@@ -45,11 +45,4 @@ pub fn decode(planes: &Planes, triples: &mut [f32], mut code: impl FnMut([&[u8; 
             }
         },
     );
-}
-
-/// A row's end, made up to a group.
-pub fn padded<T: Copy + Default, const N: usize>(rest: &[T]) -> [T; N] {
-    let mut group = [T::default(); N];
-    group[..rest.len()].copy_from_slice(rest);
-    group
 }

@@ -5,8 +5,8 @@ use std::f64::consts::LN_2;
 
 use super::cells::{self, Cells};
 use super::{BLACK_24, BLACK_32, Losses, TOP_24, TOP_32, UV_SCALE, word_24, word_32};
-use crate::simd::{self, GROUP};
-use crate::stream::groups::{self, padded};
+use crate::simd::{self, GROUP, padded};
+use crate::stream::groups;
 use crate::stream::rle::Planes;
 
 /// Closer to a whole number than this, a code is found by itself in double precision: what many have in single precision is

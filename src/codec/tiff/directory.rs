@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use crate::stream::Resolution;
 use crate::stream::source::Source;
-use crate::{Result, invalid};
+use crate::{Error, Result, invalid};
 
 /// Numbers of the tags used here.
 pub mod tag {
@@ -95,20 +95,21 @@ impl Directory {
         } else {
             number(&head[4..8])
         };
+        let cut = |e: Error| e.within("TIFF directory");
         let (count, first, entry_size) = if big {
-            (number(&source.array_at::<8>(at)?), at.saturating_add(8), 20)
+            (number(&source.array_at::<8>(at).map_err(cut)?), at.saturating_add(8), 20)
         } else {
-            (number(&source.array_at::<2>(at)?), at.saturating_add(2), 12)
+            (number(&source.array_at::<2>(at).map_err(cut)?), at.saturating_add(2), 12)
         };
         if count > MOST_TAGS {
             return invalid!("TIFF directory of {count} tags: expected at most {MOST_TAGS}");
         }
         let mut bytes = Vec::new();
-        source.read_at(first, count * entry_size, &mut bytes).map_err(|e| e.within("TIFF directory"))?;
+        source.read_at(first, count * entry_size, &mut bytes).map_err(cut)?;
         let end = first + count * entry_size;
         let word = if big { 8 } else { 4 };
         let mut next = Vec::new();
-        source.read_at(end, word, &mut next).map_err(|e| e.within("TIFF directory"))?;
+        source.read_at(end, word, &mut next).map_err(cut)?;
         let mut directory = Directory {
             big_endian,
             next: number(&next) != 0,

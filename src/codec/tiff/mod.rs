@@ -26,7 +26,7 @@ pub const FORMAT: Format = Format {
 
 fn open(input: Input, reading: &Reading) -> Result<Box<dyn Picture>> {
     let mut source = Source::new(input, reading.limits, reading.notes)?;
-    let directory = Directory::first(&mut source).map_err(|e| e.within("directory"))?;
+    let directory = Directory::first(&mut source)?;
     let compression = directory.number(tag::COMPRESSION).unwrap_or(1);
     match compression {
         logluv::strips::COMPRESSION_32 | logluv::strips::COMPRESSION_24 => {
