@@ -9,6 +9,7 @@
 //! | [`color`] | chromaticities, primaries, adaptation, gamut |
 //! | [`compare`] | how far two pictures lie apart |
 //! | [`stream`] | the picture that flows between filters |
+//! | [`view`] | how a picture was seen |
 //! | [`options`], [`keys`] | options as data, TOML tables |
 //! | [`display`] | what a medium can show, and its curve |
 //! | [`codec`] | file formats other than the stream's own |
@@ -64,6 +65,7 @@ pub mod statistics;
 pub mod stream;
 pub mod tone;
 pub mod units;
+pub mod view;
 
 pub use error::{Error, Result};
 
