@@ -3,7 +3,7 @@
 
 use std::ffi::OsString;
 use std::marker::PhantomData;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use serde::Serialize;
@@ -49,6 +49,11 @@ pub trait Filter: Args + Serialize + DeserializeOwned + Default + Send + 'static
     /// Reads a picture with these options.
     fn reads(&self) -> bool {
         Self::READS
+    }
+
+    /// Learns how it is placed: what it will read, and where it will write.
+    fn placed(&mut self, _read: &ReadOptions, _output: Option<&Path>) -> Result<()> {
+        Ok(())
     }
 
     /// Begins the work. `input` is there exactly when [`Filter::reads`] is true.
@@ -102,6 +107,7 @@ pub struct Stage {
     signs: bool,
     history: Vec<u8>,
     words: Vec<String>,
+    placed: Result<()>,
     start: Start,
 }
 
@@ -143,12 +149,13 @@ impl Stage {
 
     /// From options.
     pub fn new<F: Filter>(
-        own: F,
+        mut own: F,
         read: ReadOptions,
         output: Option<PathBuf>,
         format: FormatOptions,
         run: RunOptions,
     ) -> Stage {
+        let placed = read.check().and_then(|()| own.placed(&read, output.as_deref()));
         let reading = ReadOptions { input: None, ..read.clone() };
         let list = |history| {
             let mut list = words(&own, history);
@@ -176,6 +183,7 @@ impl Stage {
             signs: F::SIGNS,
             history,
             words,
+            placed,
             start: Box::new(move |input, run| own.start(input, run)),
         }
     }
@@ -195,6 +203,7 @@ impl Stage {
 
     /// Begins the work on `input`, or on what the stage itself names.
     pub fn start(self, input: Option<Box<dyn Picture>>, notes: &Notes) -> Result<Product> {
+        self.placed?;
         let run = Run { options: self.run, notes: notes.clone(), history: self.history };
         let input = match input {
             _ if !self.reads => None,

@@ -9,12 +9,12 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, Args, Command, ValueHint};
 use serde::{Deserialize, Serialize};
 
-use crate::color::{Primaries, Xy};
+use crate::color::{Primaries, White};
 use crate::stream::meaning::Overrides;
 use crate::stream::spool::Limits;
 use crate::stream::writer::Format;
 use crate::stream::{Components, Units};
-use crate::{Error, Result, string_serde};
+use crate::{Error, Result, string_serde, usage};
 
 /// The value of a type whose fields all have a default on the command line: defaults live there, and only there.
 pub fn defaults<T: Args>() -> T {
@@ -76,9 +76,9 @@ pub struct ReadOptions {
     /// Take the values as W/sr/m2/nm, cd/m2, display or none
     #[arg(long, value_name = "UNIT")]
     pub units: Option<Units>,
-    /// Take this chromaticity as the scene's white
-    #[arg(long, value_name = "X,Y")]
-    pub white: Option<Xy>,
+    /// Take this as the scene's white: x,y, an illuminant's name, or a temperature such as 2856K
+    #[arg(long, value_name = "WHITE")]
+    pub white: Option<White>,
     /// Take these as the primaries of RGB: a name or eight numbers
     #[arg(long, value_name = "PRIMARIES")]
     pub primaries: Option<Primaries>,
@@ -87,7 +87,18 @@ pub struct ReadOptions {
 impl ReadOptions {
     /// What stands in place of header lines.
     pub fn overrides(&self) -> Overrides {
-        Overrides { components: self.components, units: self.units, white: self.white, primaries: self.primaries }
+        let white = self.white.as_ref().and_then(White::xy);
+        Overrides { components: self.components, units: self.units, white, primaries: self.primaries }
+    }
+
+    /// Refuses a white that a picture would have to be asked for.
+    pub fn check(&self) -> Result<()> {
+        match &self.white {
+            Some(white) if white.xy().is_none() => {
+                usage!("--white {white}: expected x,y, an illuminant or a temperature")
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -222,6 +233,11 @@ pub fn lossy<S: serde::Serializer>(path: &Option<PathBuf>, s: S) -> Result<S::Ok
     path.as_ref().map(|p| p.to_string_lossy().into_owned()).serialize(s)
 }
 
+/// The same for a path that is always there.
+pub fn lossy_path<S: serde::Serializer>(path: &Path, s: S) -> Result<S::Ok, S::Error> {
+    path.to_string_lossy().serialize(s)
+}
+
 /// The words that give `options` on a command line, in the order of their definition, defaults left out. `history` also
 /// leaves out everything that changes no pixel and keeps of files their last path part.
 pub fn words<T: Args + Serialize + Default>(options: &T, history: bool) -> Vec<String> {
@@ -251,7 +267,9 @@ fn push_words(arg: &Arg, value: &toml::Value, history: bool, words: &mut Vec<Str
     let long = arg.get_long().map(|l| format!("--{l}"));
     let mut one = |v: &toml::Value| match (&long, v) {
         (Some(long), toml::Value::Boolean(true)) => words.push(long.clone()),
-        (_, toml::Value::Boolean(_)) => {}
+        // A switch that another option has turned on.
+        (Some(long), toml::Value::Boolean(false)) => words.push(format!("{long}=false")),
+        (None, toml::Value::Boolean(_)) => {}
         (Some(long), v) => {
             let value = text(v);
             // A value that begins with a dash would be read as an option.

@@ -75,6 +75,14 @@ fn bin(x: f64) -> usize {
     (ascending >> DROPPED) as usize
 }
 
+/// A number drawn from a number, as the finalizer of [Steele 2014]: equal for equal, else as good as random.
+pub fn scrambled(n: u64) -> u64 {
+    let z = n.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

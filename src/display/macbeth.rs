@@ -69,6 +69,13 @@ impl Correction {
         Ok(Correction { curves, to_standard, printed })
     }
 
+    /// The picture values that a medium must be sent to show a colour, RGB of Radiance's primaries relative to the chart's white;
+    /// for a correction made with `-c`.
+    pub fn sent(&self, rgb: [f64; 3]) -> [f64; 3] {
+        let light = self.to_standard.inverse().unwrap_or(Mat3::IDENTITY).apply(rgb); // parsing saw that it has one
+        [0, 1, 2].map(|i| interpolate(&self.curves[i].map(|(value, light)| (light, value)), light[i]).max(0.0))
+    }
+
     /// The display that it stands for. The file knows neither luminance, nor the chart's white (to which its colours are
     /// relative), nor the `gamma` that lies between codes and picture values.
     pub fn display(&self, name: &str, lmax_cd_m2: f64, white: Xy, gamma: f64, bits: u8) -> Result<Display> {

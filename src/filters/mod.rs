@@ -17,7 +17,7 @@ mod vonkries;
 mod xyz2rgb;
 
 pub use pcompare::Pcompare;
-pub use pcond::Pcond;
+pub use pcond::{Pcond, rewrite as pcond_arguments};
 pub use pdisplay::Pdisplay;
 pub use picinfo::Picinfo;
 pub use ra_exr::RaExr;

@@ -1,6 +1,6 @@
 //! A tone curve: display luminance as a function of world luminance, and its application to pixels.
 
-use crate::tone::histogram::Display;
+use crate::tone::Display;
 
 /// Table steps an octave for pixels: the interpolation error of the factor stays under 1e-5.
 const STEPS_LOG2: u32 = 7;
@@ -12,40 +12,78 @@ pub struct Curve {
     /// (ln Lw, ln Ld), both in cd/m2, ascending; at least one.
     points: Vec<(f64, f64)>,
     display: Display,
+    /// Exponent on the share of the display's range.
+    contrast: f64,
 }
 
 impl Curve {
     /// From points that ascend in both coordinates.
     pub fn new(points: Vec<(f64, f64)>, display: Display) -> Curve {
-        Curve { points, display }
+        Curve { points, display, contrast: 1.0 }
     }
 
     /// Ld = factor x Lw.
     pub fn linear(factor: f64, display: Display) -> Curve {
-        Curve { points: vec![(0.0, factor.ln())], display }
+        Curve { points: vec![(0.0, factor.ln())], display, contrast: 1.0 }
+    }
+
+    /// The same with the share of the display's range raised to a power: for a dim or dark surround, in which a picture loses
+    /// contrast [Bartleson and Breneman 1967].
+    pub fn with_contrast(self, exponent: f64) -> Curve {
+        Curve { contrast: exponent, ..self }
+    }
+
+    /// The points (ln Lw, ln Ld) of this curve, each brought within `most` of `previous` in ln Ld, at the places of both.
+    /// The median of rising curves rises, and is nowhere steeper than the steepest.
+    pub fn limited(&self, previous: &Curve, most: f64) -> Curve {
+        let mut places: Vec<f64> = self.points.iter().chain(&previous.points).map(|p| p.0).collect();
+        places.sort_by(f64::total_cmp);
+        places.dedup();
+        // The clamped curve bends where the two come to differ by `most`: between places, too.
+        let fine: Vec<f64> =
+            places.windows(2).flat_map(|w| (0..4).map(|k| w[0] + (w[1] - w[0]) * k as f64 / 4.0)).collect();
+        let all = fine.into_iter().chain(places.last().copied());
+        let limit = |x: f64| {
+            let before = previous.shown_ln(x);
+            (x, self.ln_at(x).clamp(before - most, before + most))
+        };
+        Curve { points: all.map(limit).collect(), ..self.clone() }
+    }
+
+    /// ln Ld at ln Lw, before the surround's contrast.
+    pub fn ln_at(&self, ln_world: f64) -> f64 {
+        let p = &self.points;
+        let above = p.partition_point(|q| q.0 < ln_world);
+        let y = match (above.checked_sub(1).map(|i| p[i]), p.get(above)) {
+            (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (ln_world - a.0) / (b.0 - a.0),
+            (None, Some(b)) => b.1 + (ln_world - b.0),
+            (Some(a), None) => a.1 + (ln_world - a.0),
+            (None, None) => ln_world,
+        };
+        let (min, max) = self.display.ln();
+        y.clamp(min, max)
+    }
+
+    /// ln Ld as shown.
+    fn shown_ln(&self, ln_world: f64) -> f64 {
+        if self.contrast == 1.0 { self.ln_at(ln_world) } else { self.at(ln_world.exp()).ln() }
     }
 
     /// Display luminance in cd/m2 for a world luminance in cd/m2, between the display's black and white.
     pub fn at(&self, luminance_cd_m2: f64) -> f64 {
-        if luminance_cd_m2.is_nan() || luminance_cd_m2 <= 0.0 {
-            return self.display.min_cd_m2;
-        }
-        let x = luminance_cd_m2.ln();
-        let p = &self.points;
-        let above = p.partition_point(|q| q.0 < x);
-        let y = match (above.checked_sub(1).map(|i| p[i]), p.get(above)) {
-            (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (x - a.0) / (b.0 - a.0),
-            (None, Some(b)) => b.1 + (x - b.0),
-            (Some(a), None) => a.1 + (x - a.0),
-            (None, None) => x,
-        };
-        y.exp().clamp(self.display.min_cd_m2, self.display.max_cd_m2)
+        let Display { max_cd_m2, min_cd_m2 } = self.display;
+        min_cd_m2 + self.share(luminance_cd_m2) * (max_cd_m2 - min_cd_m2)
     }
 
     /// Share of the display's range, 0 black to 1 white, for a world luminance.
     pub fn share(&self, luminance_cd_m2: f64) -> f64 {
+        if luminance_cd_m2.is_nan() || luminance_cd_m2 <= 0.0 {
+            return 0.0;
+        }
         let Display { max_cd_m2, min_cd_m2 } = self.display;
-        (self.at(luminance_cd_m2) - min_cd_m2) / (max_cd_m2 - min_cd_m2)
+        let shown = self.ln_at(luminance_cd_m2.ln()).exp();
+        let share = ((shown - min_cd_m2) / (max_cd_m2 - min_cd_m2)).clamp(0.0, 1.0);
+        if self.contrast == 1.0 { share } else { share.powf(self.contrast) }
     }
 
     /// `count` pairs (Lw, Ld) evenly spaced in ln Lw over the given range.

@@ -1,121 +1,386 @@
-//! What the fovea sees at once: averages over one degree of the view [Ward 1997].
+//! What the fovea sees at once: a picture in cells of about one degree of the view [Ward 1997].
 
-use crate::stream::{Block, Header};
+use std::sync::Arc;
+
+use crate::statistics::scrambled;
+use crate::stream::{Header, Resolution};
 use crate::tone::Histogram;
+use crate::view::View;
 
-/// Radiance's assumption where a picture does not say how it was seen: 40 degrees on the long side.
-const DEFAULT_DEGREES: f64 = 40.0;
-/// Views up to this wide are taken as details, not as what an eye saw.
-const NARROWEST_DEGREES: f64 = 5.0;
-
-/// Foveal cells of a picture: about one degree each.
-pub struct Fovea {
-    columns: usize,
-    rows: usize,
-    sums: Vec<[f64; 2]>,
-    every: Histogram,
-    row: usize,
-    /// For each place along a scanline the cell's column (or row), so that no pixel divides.
-    along: Vec<u32>,
-    scanlines: usize,
-    by_rows: bool,
+/// How a picture lies in cells of about a degree, columns left to right, rows bottom to top, whatever its scan order.
+#[derive(Clone, Debug)]
+pub struct Cells {
+    /// Cells across.
+    pub columns: usize,
+    /// Cells from bottom to top.
+    pub rows: usize,
+    /// How the picture was seen.
+    pub view: View,
+    resolution: Resolution,
 }
 
-/// Number of cells along width and height.
-///
-/// `-vt` names the projection, `-vh` and `-vv` the angles in degrees; other options of the line do not matter here.
-/// Returns also whether the view had to be assumed.
-pub fn cells(header: &Header) -> (usize, usize, bool) {
-    let (width, height) = (header.resolution.width as f64, header.resolution.height as f64);
-    let view = header.variable("VIEW").and_then(|v| std::str::from_utf8(v).ok()).and_then(angular_size);
-    let (across, down, assumed) = match view {
-        Some((a, d)) => (a, d, false),
-        None => {
-            let long = 2.0 * (DEFAULT_DEGREES / 2.0).to_radians().tan() / 1f64.to_radians();
-            (long * width / width.max(height), long * height / width.max(height), true)
-        }
-    };
-    let whole = |n: f64, pixels: usize| ((n + 0.5) as usize).clamp(2, pixels.max(2)).min(pixels);
-    (whole(across, header.resolution.width), whole(down, header.resolution.height), assumed)
-}
-
-/// Extent of a view's image plane in units of one degree at its centre; `None` for parallel and narrow views.
-fn angular_size(view: &str) -> Option<(f64, f64)> {
-    let words: Vec<&str> = view.split_ascii_whitespace().collect();
-    let kind = words.iter().rev().find_map(|w| w.strip_prefix("-vt")).unwrap_or("v");
-    let number = |key: &str| words.windows(2).rev().find(|w| w[0] == key).and_then(|w| w[1].parse::<f64>().ok());
-    let (h, v) = (number("-vh").unwrap_or(45.0), number("-vv").unwrap_or(45.0));
-    if !(h > NARROWEST_DEGREES && v > 0.0 && h <= 360.0 && v <= 360.0) {
-        return None;
-    }
-    let tangent = |degrees: f64| (degrees < 180.0).then(|| 2.0 * (degrees / 2.0).to_radians().tan().to_degrees());
-    let sine = |degrees: f64| (degrees <= 180.0).then(|| 2.0 * (degrees / 2.0).to_radians().sin().to_degrees());
-    let stereographic = |degrees: f64| 4.0 * (degrees / 4.0).to_radians().tan().to_degrees();
-    match kind {
-        "v" => Some((tangent(h)?, tangent(v)?)),
-        "c" => Some((h, tangent(v)?)),
-        "a" => Some((h, v)),
-        "h" => Some((sine(h)?, sine(v)?)),
-        "s" if h < 360.0 && v < 360.0 => Some((stereographic(h), stereographic(v))),
-        _ => None,
-    }
-}
-
-impl Fovea {
-    /// Empty cells for a picture.
-    pub fn new(header: &Header) -> Fovea {
-        let (columns, rows, _) = cells(header);
+impl Cells {
+    /// For the view a header states, or the one Radiance assumes; the second value says that it was assumed.
+    pub fn of(header: &Header) -> (Arc<Cells>, bool) {
         let r = header.resolution;
-        let (len, n) = if r.by_rows { (r.width, columns) } else { (r.height, rows) };
-        Fovea {
-            columns,
-            rows,
-            sums: vec![[0.0; 2]; columns * rows],
-            every: Histogram::default(),
-            row: 0,
-            along: (0..len).map(|i| (i * n / len) as u32).collect(),
-            scanlines: r.scanlines(),
-            by_rows: r.by_rows,
+        let stated = View::of(header);
+        let view = stated.unwrap_or_else(|| View::assumed(r.width, r.height));
+        let (width, height) = view.extent();
+        let whole = |radians: f64, pixels: usize| {
+            ((radians / 1f64.to_radians() + 0.5) as usize).clamp(2, pixels.max(2)).min(pixels)
+        };
+        let cells = Cells { columns: whole(width, r.width), rows: whole(height, r.height), view, resolution: r };
+        (Arc::new(cells), stated.is_none())
+    }
+
+    /// Number of cells.
+    pub fn count(&self) -> usize {
+        self.columns * self.rows
+    }
+
+    /// Middle of a cell in the picture, u and v from 0 to 1.
+    pub fn middle(&self, cell: usize) -> (f64, f64) {
+        let (column, row) = (cell % self.columns, cell / self.columns);
+        ((column as f64 + 0.5) / self.columns as f64, (row as f64 + 0.5) / self.rows as f64)
+    }
+
+    /// Unit direction of a cell's middle; `None` outside a fisheye's circle.
+    pub fn direction(&self, cell: usize) -> Option<[f64; 3]> {
+        let (u, v) = self.middle(cell);
+        self.view.direction(u, v)
+    }
+
+    /// Solid angle of a cell, sr.
+    pub fn solid_angle_sr(&self, cell: usize) -> f64 {
+        let (u, v) = self.middle(cell);
+        self.view.solid_angle_sr(u, v, 1.0 / self.columns as f64, 1.0 / self.rows as f64)
+    }
+
+    /// The cell of a pixel of the upright picture that counts from the lower left.
+    pub fn at(&self, x: usize, y: usize) -> usize {
+        let r = self.resolution;
+        let part = |i: usize, n: usize, of: usize| (i * n / of).min(n - 1);
+        part(y, self.rows, r.height) * self.columns + part(x, self.columns, r.width)
+    }
+
+    /// Pixels a degree at a cell.
+    pub fn pixels_a_degree(&self, cell: usize) -> f64 {
+        let r = self.resolution;
+        let (u, v) = self.middle(cell);
+        let pixel_sr = self.view.solid_angle_sr(u, v, 1.0 / r.width as f64, 1.0 / r.height as f64);
+        if pixel_sr > 0.0 { 1f64.to_radians() / pixel_sr.sqrt() } else { 0.0 }
+    }
+
+    /// Middle, in pixels from the lower left along one axis, of the i-th pixel or scanline as stored.
+    fn place(&self, i: usize, along_x: bool) -> usize {
+        let r = self.resolution;
+        match along_x {
+            true if r.from_right => r.width - 1 - i,
+            true => i,
+            false if r.from_bottom => i,
+            false => r.height - 1 - i,
         }
     }
 
-    /// Takes in scanlines of XYZ. Mirrored orders give mirrored cells, which weigh the same.
-    pub fn add(&mut self, block: &Block) {
-        let len = self.along.len();
-        for line in block.data.chunks_exact(3 * len) {
-            let (step, start) = if self.by_rows {
-                (1, self.row * self.rows / self.scanlines * self.columns)
-            } else {
-                (self.columns, self.row * self.columns / self.scanlines)
-            };
-            for (pixel, along) in line.chunks_exact(3).zip(&self.along) {
-                let y = pixel[1];
-                if y > 0.0 && y.is_finite() {
-                    let cell = &mut self.sums[start + *along as usize * step];
-                    cell[0] += f64::from(y);
-                    self.every.add(y, 1.0);
-                }
-                self.sums[start + *along as usize * step][1] += 1.0;
+    /// For each pixel of a scanline the step from the scanline's first cell, and the step from one scanline of cells to the next.
+    fn along(&self) -> Vec<u32> {
+        let r = self.resolution;
+        let cell = |i: usize| {
+            let p = self.place(i, r.by_rows);
+            if r.by_rows { p * self.columns / r.width } else { p * self.rows / r.height * self.columns }
+        };
+        (0..r.scanline_len()).map(|i| cell(i) as u32).collect()
+    }
+
+    /// First cell of a scanline.
+    fn first(&self, scanline: usize) -> usize {
+        let r = self.resolution;
+        let p = self.place(scanline, !r.by_rows);
+        if r.by_rows { p * self.rows / r.height * self.columns } else { p * self.columns / r.width }
+    }
+}
+
+/// Values at the middles of cells, and between them.
+#[derive(Clone, Debug)]
+pub struct Field<const N: usize> {
+    cells: Arc<Cells>,
+    values: Vec<[f32; N]>,
+    /// For each pixel of a scanline the cell before it and its share of the way to the next.
+    places: Vec<(u32, f32)>,
+}
+
+/// Index and fraction between the middles of n cells of the pixel p of `of`.
+fn between(p: usize, n: usize, of: usize) -> (u32, f32) {
+    let x = ((p as f64 + 0.5) * n as f64 / of as f64 - 0.5).clamp(0.0, n as f64 - 1.0);
+    let i = (x as usize).min(n.saturating_sub(2));
+    (i as u32, (x - i as f64) as f32)
+}
+
+impl<const N: usize> Field<N> {
+    /// From a value a cell.
+    pub fn new(cells: Arc<Cells>, values: Vec<[f32; N]>) -> Field<N> {
+        let r = cells.resolution;
+        let (n, of) = if r.by_rows { (cells.columns, r.width) } else { (cells.rows, r.height) };
+        let places = (0..r.scanline_len()).map(|i| between(cells.place(i, r.by_rows), n, of)).collect();
+        Field { cells, values, places }
+    }
+
+    /// The values along a scanline as stored, one for each column (or row) of cells.
+    pub fn scanline(&self, scanline: usize) -> Vec<[f32; N]> {
+        let (c, r) = (&self.cells, self.cells.resolution);
+        let (n, of, len) = if r.by_rows { (c.rows, r.height, c.columns) } else { (c.columns, r.width, c.rows) };
+        let (i, t) = between(c.place(scanline, !r.by_rows), n, of);
+        let cell = |line: usize, k: usize| if r.by_rows { line * c.columns + k } else { k * c.columns + line };
+        let next = (i as usize + 1).min(n - 1);
+        let mix = |k: usize| {
+            let (a, b) = (&self.values[cell(i as usize, k)], &self.values[cell(next, k)]);
+            std::array::from_fn(|j| a[j] + t * (b[j] - a[j]))
+        };
+        (0..len).map(mix).collect()
+    }
+
+    /// The value at a pixel of a scanline, of what [`Field::scanline`] gave.
+    #[inline(always)]
+    pub fn at(&self, line: &[[f32; N]], pixel: usize) -> [f32; N] {
+        let (i, t) = self.places[pixel];
+        let a = &line[i as usize];
+        let b = &line[(i as usize + 1).min(line.len() - 1)];
+        std::array::from_fn(|j| a[j] + t * (b[j] - a[j]))
+    }
+}
+
+/// Means over the cells of a picture of N components; infinities and NaN count as 0.
+#[derive(Clone, Debug)]
+pub struct Means<const N: usize> {
+    cells: Arc<Cells>,
+    along: Vec<u32>,
+    sums: Vec<[f64; N]>,
+    counts: Vec<u32>,
+    row: usize,
+}
+
+impl<const N: usize> Means<N> {
+    /// Nothing yet.
+    pub fn new(cells: &Arc<Cells>) -> Means<N> {
+        let n = cells.count();
+        Means { cells: cells.clone(), along: cells.along(), sums: vec![[0.0; N]; n], counts: vec![0; n], row: 0 }
+    }
+
+    /// Takes in scanlines of `stride` components, of which the first N count.
+    pub fn add(&mut self, data: &[f32], stride: usize) {
+        for line in data.chunks_exact(stride * self.along.len()) {
+            let start = self.cells.first(self.row);
+            let mut i = 0;
+            // Runs of pixels in one cell are summed in registers.
+            while i < self.along.len() {
+                let along = self.along[i];
+                let end = self.along[i..].iter().position(|a| *a != along).map_or(self.along.len(), |n| i + n);
+                let sum: [f64; N] = sum_of(&line[i * stride..end * stride], stride);
+                let cell = start + along as usize;
+                self.sums[cell].iter_mut().zip(sum).for_each(|(a, b)| *a += b);
+                self.counts[cell] += (end - i) as u32;
+                i = end;
             }
             self.row += 1;
         }
     }
 
-    /// Half the weight to the foveal averages, half to the pixels themselves (the original takes random ones), so that small
-    /// bright and dark things count too.
-    pub fn histogram(&self) -> Histogram {
-        let mut foveal = Histogram::default();
-        for [sum, count] in &self.sums {
-            if *count > 0.0 {
-                foveal.add((sum / count) as f32, 1.0);
+    /// The means, 0 where no pixel lies.
+    pub fn means(&self) -> Vec<[f64; N]> {
+        let mean = |(sum, count): (&[f64; N], &u32)| sum.map(|s| if *count > 0 { s / f64::from(*count) } else { 0.0 });
+        self.sums.iter().zip(&self.counts).map(mean).collect()
+    }
+}
+
+/// Smallest and largest luminance of each cell, and a share of all pixels picked at random places: what a picture's luminances
+/// are told from once a veil lies over its cells.
+#[derive(Clone, Debug)]
+pub struct Samples {
+    cells: Arc<Cells>,
+    along: Vec<u32>,
+    /// Smallest above 0 and largest.
+    ranges: Vec<(f32, f32)>,
+    /// Cell and components of the pixels picked.
+    picked: Vec<(u32, [f32; 4])>,
+    every: u64,
+    row: usize,
+}
+
+/// Pixels picked of a large picture.
+const PICKED: u64 = 1 << 18;
+
+impl Samples {
+    /// Nothing yet.
+    pub fn new(cells: &Arc<Cells>) -> Samples {
+        let r = cells.resolution;
+        let every = (r.width as u64 * r.height as u64).div_ceil(PICKED);
+        let ranges = vec![(f32::MAX, 0.0); cells.count()];
+        Samples { cells: cells.clone(), along: cells.along(), ranges, picked: Vec::new(), every, row: 0 }
+    }
+
+    /// Takes in scanlines of `stride` components, and their luminances in cd/m2.
+    pub fn add(&mut self, data: &[f32], stride: usize, luminances_cd_m2: &[f32]) {
+        let len = self.along.len();
+        for (line, ys) in data.chunks_exact(stride * len).zip(luminances_cd_m2.chunks_exact(len)) {
+            let start = self.cells.first(self.row);
+            let mut i = 0;
+            while i < len {
+                let along = self.along[i];
+                let end = self.along[i..].iter().position(|a| *a != along).map_or(len, |n| i + n);
+                let range = &mut self.ranges[start + along as usize];
+                for y in ys[i..end].iter().filter(|y| **y > 0.0 && **y < f32::INFINITY) {
+                    *range = (range.0.min(*y), range.1.max(*y));
+                }
+                i = end;
             }
+            // One of each `every` pixels of the scanline, at a place that the scanline's number and its own draw.
+            for first in (0..len as u64).step_by(self.every as usize) {
+                let x = (first + scrambled(self.row as u64 * len as u64 + first) % self.every) as usize;
+                if x < len {
+                    let pixel = &line[x * stride..(x + 1) * stride];
+                    let values = std::array::from_fn(|c| pixel.get(c).copied().unwrap_or(0.0));
+                    self.picked.push(((start + self.along[x] as usize) as u32, values));
+                }
+            }
+            self.row += 1;
+        }
+    }
+
+    /// The pixels picked: cell, components.
+    pub fn picked(&self) -> &[(u32, [f32; 4])] {
+        &self.picked
+    }
+
+    /// For each cell that has light its smallest and largest luminance.
+    pub fn ranges(&self) -> impl Iterator<Item = (usize, (f32, f32))> {
+        self.ranges.iter().copied().enumerate().filter(|(_, r)| r.1 > 0.0)
+    }
+}
+
+/// Sums of the first N components, infinities and NaN left out. Four sums each, so that none waits for the last addition.
+fn sum_of<const N: usize>(pixels: &[f32], stride: usize) -> [f64; N] {
+    let mut sums = [[0f64; N]; 4];
+    for group in pixels.chunks(4 * stride) {
+        for (pixel, sum) in group.chunks_exact(stride).zip(&mut sums) {
+            for c in 0..N {
+                sum[c] += f64::from(if pixel[c].is_finite() { pixel[c] } else { 0.0 });
+            }
+        }
+    }
+    std::array::from_fn(|c| sums.iter().map(|s| s[c]).sum())
+}
+
+/// How the cells count among themselves.
+#[derive(Clone, Debug, Default)]
+pub struct Attention {
+    /// More for what lies near the line of sight: max(0, 1 - (x / 90)^2 - (y / 90)^2), degrees.
+    pub centre: bool,
+    /// Pixels that are looked at, from the lower left corner.
+    pub fixations: Vec<[usize; 2]>,
+    /// Share of all weight that the cells around them have, 0 to 1.
+    pub fixated: f64,
+}
+
+impl Attention {
+    /// The histogram that decides on the map, from means of cells (cd/m2) and all pixels: half the weight to each, so that small
+    /// bright and dark things count too (the original takes random pixels). Of fixations the 3 x 3 cells around each have their
+    /// share, all else the rest.
+    pub fn histogram(&self, cells: &Cells, means: &[f64], pixels: &Histogram) -> Histogram {
+        let mut foveal = Histogram::default();
+        for (cell, mean) in means.iter().enumerate().filter(|(i, _)| cells.direction(*i).is_some()) {
+            foveal.add(*mean as f32, if self.centre { centre_weight(cells, cell) } else { 1.0 });
         }
         let mut all = Histogram::default();
-        for part in [&foveal, &self.every] {
-            if part.total() > 0.0 {
-                all.merge(part, 0.5 / part.total());
+        let rest = if self.fixations.is_empty() { 1.0 } else { 1.0 - self.fixated };
+        for part in [&foveal, pixels].into_iter().filter(|p| p.total() > 0.0 && rest > 0.0) {
+            all.merge(part, 0.5 * rest / part.total());
+        }
+        let mut looked_at = Histogram::default();
+        for [x, y] in &self.fixations {
+            let at = cells.at(*x, *y);
+            let (column, row) = (at % cells.columns, at / cells.columns);
+            for r in row.saturating_sub(1)..(row + 2).min(cells.rows) {
+                for c in column.saturating_sub(1)..(column + 2).min(cells.columns) {
+                    looked_at.add(means[r * cells.columns + c] as f32, 1.0);
+                }
             }
         }
+        if looked_at.total() > 0.0 && self.fixated > 0.0 {
+            all.merge(&looked_at, self.fixated / looked_at.total());
+        }
         all
+    }
+}
+
+fn centre_weight(cells: &Cells, cell: usize) -> f64 {
+    let (u, v) = cells.middle(cell);
+    let (x, y) = ((u - 0.5) * cells.view.horizontal_deg, (v - 0.5) * cells.view.vertical_deg);
+    (1.0 - (x / 90.0).powi(2) - (y / 90.0).powi(2)).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stream::{Block, Components, Units};
+
+    fn header(order: &str, view: &str) -> Header {
+        let r = Resolution::parse(order.as_bytes()).unwrap();
+        let mut h = Header::new(r, Components::Xyz, 3, Units::CdM2);
+        h.lines.push(format!("VIEW={view}").into_bytes());
+        h
+    }
+
+    /// In every scan order the same upright picture has the same means and the same values between cells.
+    #[test]
+    fn scan_orders_do_not_matter() {
+        let value = |x: usize, y: usize| (1 + x + 100 * y) as f32;
+        let (w, h) = (70, 40);
+        let mut seen: Option<Vec<[f64; 1]>> = None;
+        for order in ["-Y 40 +X 70", "+Y 40 +X 70", "-Y 40 -X 70", "+Y 40 -X 70", "+X 70 +Y 40", "-X 70 -Y 40"] {
+            let head = header(order, "-vta -vh 35 -vv 20");
+            let (cells, assumed) = Cells::of(&head);
+            assert!(!assumed && (cells.columns, cells.rows) == (35, 20));
+            let r = head.resolution;
+            let mut block = Block { rows: r.scanlines(), data: Vec::new() };
+            let mut upright = Vec::new();
+            for s in 0..r.scanlines() {
+                for i in 0..r.scanline_len() {
+                    let (x, y) = if r.by_rows { (i, s) } else { (s, i) };
+                    let (x, y) = (if r.from_right { w - 1 - x } else { x }, if r.from_bottom { y } else { h - 1 - y });
+                    upright.push((x, y));
+                    block.data.extend([0.0, value(x, y), 0.0]);
+                }
+            }
+            let mut means = Means::<1>::new(&cells);
+            means.add(&block.data.chunks(3).map(|p| p[1]).collect::<Vec<f32>>(), 1);
+            let means = means.means();
+            let field = Field::new(cells, means.iter().map(|m| [m[0] as f32]).collect());
+            for s in 0..r.scanlines() {
+                let line = field.scanline(s);
+                for i in 0..r.scanline_len() {
+                    let (x, y) = upright[s * r.scanline_len() + i];
+                    // Bilinear over means of a linear ramp is the ramp, away from the rim.
+                    if (1..w - 1).contains(&x) && (1..h - 1).contains(&y) {
+                        assert!((field.at(&line, i)[0] - value(x, y)).abs() < 1e-2, "{order} {x} {y}");
+                    }
+                }
+            }
+            assert_eq!(*seen.get_or_insert(means.clone()), means, "{order}");
+        }
+    }
+
+    #[test]
+    fn fixations_have_their_share() {
+        let head = header("-Y 40 +X 70", "-vta -vh 35 -vv 20");
+        let (cells, _) = Cells::of(&head);
+        let mut means = vec![1.0; cells.count()];
+        means[cells.at(30, 10)] = 100.0;
+        let mut pixels = Histogram::default();
+        pixels.add(1.0, 1.0);
+        let attention = Attention { centre: false, fixations: vec![[30, 10]], fixated: 0.9 };
+        let h = attention.histogram(&cells, &means, &pixels);
+        let bright: f64 = h.weights().filter(|(ln, _)| *ln > 3.0).map(|(_, w)| w).sum();
+        assert!((h.total() - 1.0).abs() < 1e-12);
+        assert!((bright - (0.1 + 0.05 / cells.count() as f64 - 0.0)).abs() < 1e-3, "{bright}");
     }
 }
