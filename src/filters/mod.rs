@@ -3,6 +3,7 @@
 mod pcompare;
 mod pcond;
 mod pdisplay;
+mod pglare;
 mod picinfo;
 mod ra_exr;
 mod ra_loglv;
@@ -19,6 +20,7 @@ mod xyz2rgb;
 pub use pcompare::Pcompare;
 pub use pcond::Pcond;
 pub use pdisplay::Pdisplay;
+pub use pglare::Pglare;
 pub use picinfo::Picinfo;
 pub use ra_exr::RaExr;
 pub use ra_loglv::RaLoglv;
@@ -86,4 +88,5 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Specmat>::NEW,
     &Entry::<Pcompare>::NEW,
     &Entry::<Pdisplay>::NEW,
+    &Entry::<Pglare>::NEW,
 ];
