@@ -13,6 +13,7 @@
 //! | [`glare`] | lights that disturb an eye, and how much |
 //! | [`options`], [`keys`] | options as data, TOML tables |
 //! | [`display`] | what a medium can show, and its curve |
+//! | [`chart`] | numbers as pictures: palettes, contours, legends |
 //! | [`codec`] | file formats other than the stream's own |
 //! | [`tone`] | from world luminance to the display's |
 //! | [`scene`] | scenes as TOML, shapes, materials, lights, cameras |
@@ -62,6 +63,7 @@
 //!   angle, age and ocular pigmentation*, Clinical and Experimental Optometry 86, 2003.
 //! - [Marsaglia 2004] G. Marsaglia, *Evaluating the Normal Distribution*, Journal of Statistical Software 11, 2004.
 
+pub mod chart;
 pub mod cli;
 pub mod codec;
 pub mod color;

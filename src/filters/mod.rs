@@ -1,5 +1,6 @@
 //! The filters, one file each. A new one: its file here with one line in the list below, and its program in src/bin.
 
+mod falsecolor;
 mod pcompare;
 mod pcond;
 mod pdisplay;
@@ -17,6 +18,7 @@ pub mod spectrace;
 mod vonkries;
 mod xyz2rgb;
 
+pub use falsecolor::Falsecolor;
 pub use pcompare::Pcompare;
 pub use pcond::Pcond;
 pub use pdisplay::Pdisplay;
@@ -89,4 +91,5 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Pcompare>::NEW,
     &Entry::<Pdisplay>::NEW,
     &Entry::<Pglare>::NEW,
+    &Entry::<Falsecolor>::NEW,
 ];

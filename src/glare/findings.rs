@@ -107,7 +107,7 @@ impl Findings {
 
     /// Veiling luminance of all sources, cd/m2.
     fn veiling_cd_m2(&self) -> f64 {
-        self.sources.iter().map(|s| s.veiling_cd_m2).sum()
+        self.sources.iter().fold(0.0, |sum, s| sum + s.veiling_cd_m2)
     }
 
     /// Name in words, key, value of each index.
