@@ -70,39 +70,50 @@ impl Map {
         }
     }
 
-    /// A pixel of a contour line: how far the level lies is what is missing to it over the slope.
+    /// A pixel of a contour line, by how far the nearest crossings of a level lie across and up or down: a line through both
+    /// passes at a b / hypot(a, b).
     fn line(&self, x: usize, y: usize, place: f32, ground: Option<Colour>) -> Colour {
         let under = ground.unwrap_or(BLACK);
-        let at = |x: usize, y: usize| {
-            let p = self.places[y.min(self.height - 1) * self.width + x.min(self.width - 1)];
-            if p.is_nan() { place } else { p }
+        let nearest = |a: Crossing, b: Crossing| if a.0 <= b.0 { a } else { b };
+        let across = nearest(self.crossing(x, y, place, -1, 0), self.crossing(x, y, place, 1, 0));
+        let along = nearest(self.crossing(x, y, place, 0, -1), self.crossing(x, y, place, 0, 1));
+        let (far, level) = match (across.0.is_finite(), along.0.is_finite()) {
+            (false, false) => return under,
+            (true, true) if across.0 + along.0 > 0.0 => {
+                (across.0 * along.0 / across.0.hypot(along.0), nearest(across, along).1)
+            }
+            _ => nearest(across, along),
         };
-        let reach = (self.line / 2.0 + 1.0) as usize;
-        let (mut low, mut high) = (place, place);
-        for row in y.saturating_sub(reach)..=y + reach {
-            for column in x.saturating_sub(reach)..=x + reach {
-                let p = at(column, row);
-                (low, high) = (low.min(p), high.max(p));
-            }
-        }
-        // Levels crossed nearby; of several the one nearest to this pixel.
-        let (first, last) = (low.floor() + 1.0, high.floor());
-        if first > last {
-            return under;
-        }
-        let level = place.round().clamp(first, last);
-        let dx = at(x + 1, y) - at(x.saturating_sub(1), y);
-        let dy = at(x, y + 1) - at(x, y.saturating_sub(1));
-        let slope = 0.5 * dx.hypot(dy);
-        let far = if slope > 0.0 { (place - level).abs() / slope } else { f32::INFINITY };
         let share = |half: f32| (half + 0.5 - far).clamp(0.0, 1.0);
-        let colour = self.palette.colour(f64::from(level) / self.divisions);
-        match ground {
-            None => mix(under, on_black(colour), share(self.line / 2.0)),
-            // A dark rim keeps it apart from the picture.
-            Some(_) => {
-                mix(mix(under, BLACK, 0.7 * share(self.line / 2.0 + 1.0)), on_black(colour), share(self.line / 2.0))
+        let colour = on_black(self.palette.colour(f64::from(level) / self.divisions));
+        // A dark rim keeps it apart from a picture.
+        let rim = if ground.is_some() { 0.7 * share(self.line / 2.0 + 1.0) } else { 0.0 };
+        mix(mix(under, BLACK, rim), colour, share(self.line / 2.0))
+    }
+
+    /// The first level crossed on the way from a pixel in one direction.
+    fn crossing(&self, x: usize, y: usize, place: f32, dx: isize, dy: isize) -> Crossing {
+        let reach = (self.line / 2.0 + 1.5) as usize + 1;
+        let (mut x, mut y, mut here) = (x, y, place);
+        for step in 0..reach {
+            let (Some(next_x), Some(next_y)) = (x.checked_add_signed(dx), y.checked_add_signed(dy)) else { break };
+            if next_x >= self.width || next_y >= self.height {
+                break;
             }
+            (x, y) = (next_x, next_y);
+            let there = self.places[y * self.width + x];
+            if there.is_nan() {
+                break;
+            }
+            if there.floor() != here.floor() {
+                let level = if there > here { here.floor() + 1.0 } else { here.floor() };
+                return (step as f32 + (level - here) / (there - here), level);
+            }
+            here = there;
         }
+        (f32::INFINITY, 0.0)
     }
 }
+
+/// Distance in pixels, and the level.
+type Crossing = (f32, f32);
