@@ -290,6 +290,18 @@ fn evalglares_words_are_understood() {
     assert_eq!(number(&measured, "illuminance_lux"), 5000.0);
 }
 
+/// evalglare -C l+ prints 0.00748 and 0.264079, -q 1 a background of 100.337891 and UGR 25.235125, -q 2 144.210453.
+#[test]
+fn low_light_and_backgrounds_are_evalglares() {
+    close("dim", number(&eye("dim", 'a', 600).report(&[]), "dgp_low_light"), 0.00748, 0.02);
+    let far = eye("two_far", 'a', 600);
+    close("far", number(&far.report(&[]), "dgp_low_light"), 0.264079, 0.02);
+    let mean = far.report(&["-q", "1"]);
+    close("mean", number(&mean, "background_cd_m2"), 100.337891, 1e-4);
+    close("UGR", number(&mean, "ugr"), 25.235125, 0.02);
+    close("total", number(&far.report(&["-q", "2"]), "background_cd_m2"), 144.210453, 1e-4);
+}
+
 /// The same light in any scan order, unit and number of threads.
 #[test]
 fn orientation_exposure_and_threads_change_nothing() {

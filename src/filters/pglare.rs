@@ -225,7 +225,7 @@ fn evalglare_words(args: Vec<OsString>) -> Vec<OsString> {
             "-C" => drop::<Vec<String>>(next(1)),
             "-t" | "-T" => words.push(format!("--task={}", next(3).join(",")).into()),
             "-vh" | "-vv" => view.push(format!("{text} {}", next(1).join(" "))),
-            _ if text.starts_with("-vt") => view.push(text),
+            _ if text.len() == 4 && text.starts_with("-vt") => view.push(text),
             _ => words.push(word),
         }
     }
