@@ -170,6 +170,7 @@ fn radiances_words_mean_the_same() {
     fails("falsecolor", &["--background", path], &ramp, 2, "--contours");
     fails("falsecolor", &["--contours", "-p", path], &picture(3, 3, |_, _| 1.0), 1, "120 x 90");
     fails("falsecolor", &["--min", "5", "-s", "2"], &ramp, 2, "--min");
+    fails("falsecolor", &["--legend", "60000x60000"], &ramp, 2, "--memory");
     fails("falsecolor", &["-n", "0"], &ramp, 2, "--divisions");
 }
 

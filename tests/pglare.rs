@@ -3,7 +3,6 @@
 mod common;
 
 use std::f64::consts::PI;
-use std::sync::OnceLock;
 
 use common::{fails, run, stdout_of, stream};
 use luxpipe::view::View;
@@ -113,7 +112,7 @@ fn eye(name: &str, kind: char, n: usize) -> Eye {
             .paint(|i, a, e| {
                 let window = a > 15.0 && a < 45.0 && e > -5.0 && e < 25.0;
                 let (low, high, seed) = if window { (2500.0, 8000.0, 3) } else { (50.0, 300.0, 9) };
-                Some(low * (high / low as f64).powf(noise(i, seed)))
+                Some(low * f64::powf(high / low, noise(i, seed)))
             })
             .disk(35.0, 18.0, 0.8, 1e6),
         other => panic!("{other}"),

@@ -13,6 +13,9 @@ pub struct Canvas {
 }
 
 impl Canvas {
+    /// What a pixel takes.
+    pub const PIXEL_BYTES: u64 = size_of::<Option<Colour>>() as u64;
+
     /// Nothing drawn yet.
     pub fn new(width: usize, height: usize) -> Canvas {
         Canvas { width, height, points: vec![None; width * height] }

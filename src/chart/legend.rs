@@ -4,6 +4,7 @@ use crate::chart::canvas::{Canvas, text_width};
 use crate::chart::palette::on_black;
 use crate::chart::scale::label;
 use crate::chart::{BLACK, Palette, Scale, Style, WHITE, font};
+use crate::{Result, usage};
 
 /// Points, each `size` pixels: margin, width of the bar, gap between bar and value, length of a tick.
 const MARGIN: usize = 4;
@@ -25,19 +26,41 @@ pub struct Legend<'a> {
 
 impl Legend<'_> {
     /// Pixels across that it needs with points of this size.
-    pub fn width(&self, size: usize) -> usize {
+    fn width(&self, size: usize) -> usize {
         let values = self.scale.ticks().map(|(_, value)| text_width(&label(value), size)).max().unwrap_or(0);
         let beside = (MARGIN + BAR + GAP + MARGIN) * size + values;
         beside.max(2 * MARGIN * size + text_width(self.unit, size))
     }
 
     /// Pixels down that it needs at least: the unit and two values.
-    pub fn least_height(&self, size: usize) -> usize {
+    fn least_height(&self, size: usize) -> usize {
         (2 * MARGIN + 5 * font::HEIGHT) * size
     }
 
+    /// The legend beside a picture `rows` high: of the size that is asked for, none if that is 0, or as large as it needs with
+    /// points of `size`. Letters are made smaller to fit. More than `memory` bytes are an error.
+    pub fn sized(
+        &self,
+        asked: Option<(usize, usize)>,
+        rows: usize,
+        size: usize,
+        memory: u64,
+    ) -> Result<Option<Canvas>> {
+        let (width, height) = asked.unwrap_or_else(|| (self.width(size), rows.max(self.least_height(size))));
+        if width == 0 || height == 0 {
+            return Ok(None);
+        }
+        let bytes = Canvas::PIXEL_BYTES * width as u64 * height as u64;
+        if bytes > memory {
+            return usage!("a legend of {width}x{height} takes {} MB; allow it with --memory", bytes >> 20);
+        }
+        let fits = |s: &usize| self.width(*s) <= width && self.least_height(*s) <= height;
+        let size = (1..=size).rev().find(fits).unwrap_or(1);
+        Ok(Some(self.draw(width, height, size)))
+    }
+
     /// Drawn on black. Where values would lie upon each other some are left out.
-    pub fn draw(&self, width: usize, height: usize, size: usize) -> Canvas {
+    fn draw(&self, width: usize, height: usize, size: usize) -> Canvas {
         let mut canvas = Canvas::new(width, height);
         canvas.fill(0, 0, width as i64, height as i64, BLACK);
         let px = |points: usize| (points * size) as i64;

@@ -1,5 +1,7 @@
 //! From values to shares of a scale and back, linear or logarithmic.
 
+use crate::{Result, usage};
+
 /// A scale, cut in equal divisions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
@@ -14,6 +16,27 @@ pub struct Scale {
 }
 
 impl Scale {
+    /// A scale up to `top`, or to a round value from the `largest` up; from `min`, or 0, or `decades` below the top if it is
+    /// logarithmic.
+    pub fn chosen(
+        top: Option<f64>,
+        min: Option<f64>,
+        decades: Option<f64>,
+        divisions: usize,
+        largest: Option<f64>,
+    ) -> Result<Scale> {
+        let max = top.unwrap_or_else(|| match largest.filter(|x| *x > min.unwrap_or(0.0)) {
+            Some(x) => round_up(x),
+            None => min.map_or(1.0, |min| min + min.abs().max(1.0)),
+        });
+        let min = min.unwrap_or(decades.map_or(0.0, |decades| max / 10f64.powf(decades)));
+        let logarithmic = decades.is_some();
+        if min >= max || !(max - min).is_finite() || (logarithmic && min <= 0.0) {
+            return usage!("the scale goes from {min} to {max}; --min must be below the top, and above 0 with --log");
+        }
+        Ok(Scale { min, max, logarithmic, divisions })
+    }
+
     /// Where a value lies, from 0 to 1; what lies beyond is at the end. NaN stays NaN.
     ///
     /// ```

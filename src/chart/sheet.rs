@@ -150,8 +150,10 @@ impl Sheet {
         header.display = Some([0.0, 100.0]);
         header.white = None;
         header.adapted = None;
-        // Its angles are not those of the picture with a legend.
-        header.lines.retain(|l| !l.starts_with(b"VIEW="));
+        if legend.is_some() {
+            // Its angles are not those of the picture with a legend.
+            header.lines.retain(|l| !l.starts_with(b"VIEW="));
+        }
         let marks = marks.iter().flat_map(|m| Mark::new(*m, size, width, height)).collect();
         let layout = Layout { map, legend, marks, size: (width, height) };
         Ok(Sheet { header, layout, ground, under: Under::default(), row: 0, block: Block::default() })

@@ -7,7 +7,6 @@ use clap::{Args, ValueEnum, ValueHint};
 use serde::{Deserialize, Serialize};
 
 use crate::chart::legend::Legend;
-use crate::chart::scale::round_up;
 use crate::chart::sheet;
 use crate::chart::values::Values;
 use crate::chart::{Map, Palette, Scale, Style};
@@ -136,23 +135,6 @@ impl Falsecolor {
         }
     }
 
-    /// The scale for values up to `largest`.
-    fn scale(&self, largest: Option<f64>) -> Result<Scale> {
-        let max = match self.scale {
-            Top::Value(x) => x,
-            Top::Auto => match largest.filter(|x| *x > self.min.unwrap_or(0.0)) {
-                Some(x) => round_up(x),
-                None => self.min.map_or(1.0, |min| min + min.abs().max(1.0)),
-            },
-        };
-        let min = self.min.unwrap_or(self.log.map_or(0.0, |decades| max / 10f64.powf(decades)));
-        let logarithmic = self.log.is_some();
-        if min >= max || !(max - min).is_finite() || (logarithmic && min <= 0.0) {
-            return usage!("the scale goes from {min} to {max}; --min must be below the top, and above 0 with --log");
-        }
-        Ok(Scale { min, max, logarithmic, divisions: self.divisions })
-    }
-
     fn unit(&self, units: Units) -> &str {
         match (&self.label, units, self.quantity) {
             (Some(label), ..) => label,
@@ -204,7 +186,11 @@ impl Filter for Falsecolor {
             None
         };
         let ground = self.ground(kept, run)?;
-        let scale = self.scale(values.largest())?;
+        let top = match self.scale {
+            Top::Auto => None,
+            Top::Value(x) => Some(x),
+        };
+        let scale = Scale::chosen(top, self.min, self.log, self.divisions, values.largest())?;
         let (magenta, marks) =
             (values.without_value(scale.min), if self.extremes { values.extremes() } else { vec![] });
         if magenta > 0 {
@@ -212,15 +198,7 @@ impl Filter for Falsecolor {
         }
         let size = sheet::point_size(values.height());
         let legend = Legend { scale: &scale, palette: &self.palette, style: self.style(), unit: &unit };
-        let legend = match &self.legend {
-            Some(Pair(w, h)) if *w == 0 || *h == 0 => None,
-            Some(Pair(w, h)) => {
-                let fits = |s: &usize| legend.width(*s) <= *w && legend.least_height(*s) <= *h;
-                let size = (1..=size).rev().find(fits).unwrap_or(1);
-                Some(legend.draw(*w, *h, size))
-            }
-            None => Some(legend.draw(legend.width(size), values.height().max(legend.least_height(size)), size)),
-        };
+        let legend = legend.sized(self.legend.map(|p| (p.0, p.1)), values.height(), size, limits.memory)?;
         let (width, values) = values.take();
         let line = 0.75 + 0.75 * size as f32;
         let map = Map::new(width, values, &scale, self.palette.clone(), self.style(), line);

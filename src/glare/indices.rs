@@ -66,7 +66,7 @@ pub fn dgp(scene: &Scene, lights: &[Light]) -> f64 {
 }
 
 /// Factor that takes the probability down in low light, where it was never measured [Wienold 2010]:
-/// exp(0.024 Ev - 4) / (1 + exp(0.024 Ev - 4)). evalglare applies it below 1000 lux with `-C l+`, and not by default since 3.0.
+/// exp(0.024 Ev - 4) / (1 + exp(0.024 Ev - 4)). evalglare 3.06 applies it below 1000 lux, and only with `-C l+`.
 ///
 /// ```
 /// let factor = luxpipe::glare::indices::low_light(4.0 / 0.024);
