@@ -1,4 +1,4 @@
-//! Lists spectra/*.csv and displays/*.toml so that the library can embed them: the files are the only copy of the numbers.
+//! Lists spectra/*.csv, displays/*.toml and palettes/*.csv so that the library can embed them: the files are the only copy of the numbers.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -7,6 +7,7 @@ use std::{env, fs};
 fn main() {
     list("spectra", "csv");
     list("displays", "toml");
+    list("palettes", "csv");
 }
 
 /// Writes OUT_DIR/FOLDER.rs: a slice of (name without suffix, text), sorted.

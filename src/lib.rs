@@ -10,8 +10,10 @@
 //! | [`compare`] | how far two pictures lie apart |
 //! | [`stream`] | the picture that flows between filters |
 //! | [`view`] | how a picture was seen |
+//! | [`glare`] | lights that disturb an eye, and how much |
 //! | [`options`], [`keys`] | options as data, TOML tables |
 //! | [`display`] | what a medium can show, and its curve |
+//! | [`chart`] | numbers as pictures: palettes, contours, legends |
 //! | [`codec`] | file formats other than the stream's own |
 //! | [`tone`] | from world luminance to the display's |
 //! | [`scene`] | scenes as TOML, shapes, materials, lights, cameras |
@@ -42,7 +44,26 @@
 //! - [Mantiuk 2021] R. Mantiuk, M. Azimi, *PU21: A novel perceptually uniform encoding for adapting existing quality metrics
 //!   for HDR*, Picture Coding Symposium 2021; parameters from the authors' github.com/gfxdisp/pu21.
 //! - [Waechter 2019] C. Waechter, N. Binder, *A Fast and Robust Method for Avoiding Self-Intersection*, Ray Tracing Gems, 2019.
+//! - [Wienold 2006] J. Wienold, J. Christoffersen, *Evaluation methods and development of a new glare prediction model for
+//!   daylight environments with the use of CCD cameras*, Energy and Buildings 38, 2006; as evalglare 3.06 has it.
+//! - [Wienold 2010] J. Wienold, *Daylight glare in offices*, Fraunhofer IRB, 2010.
+//! - [Levin 1975] R. Levin, *Position Index in VCP Calculations*, Journal of the IES 4, 1975.
+//! - [IES 1966] *Outline of a Standard Procedure for Computing Visual Comfort Ratings for Interior Lighting*, IES, 1966.
+//! - [Iwata 1997] T. Iwata, M. Tokura, *Position Index for a glare source located below the line of vision*, Lighting Research
+//!   and Technology 29, 1997; [Iwata 2010] T. Iwata, W. Osterhaus, *Assessment of discomfort glare in daylit offices using
+//!   luminance distribution images*, CIE 2010.
+//! - [Hopkinson 1972] R. Hopkinson, *Glare from daylighting in buildings*, Applied Ergonomics 3, 1972; [Chauvel 1982] P. Chauvel
+//!   and others, *Glare from windows*, Lighting Research and Technology 14, 1982.
+//! - [Einhorn 1979] H. Einhorn, *Discomfort glare: a formula to bridge differences*, Lighting Research and Technology 11, 1979.
+//! - [Hirning 2014] M. Hirning, G. Isoardi, I. Cowling, *Discomfort glare in open plan green buildings*, Energy and Buildings 70,
+//!   2014; [Hirning 2017] M. Hirning, G. Isoardi, V. Garcia-Hansen, *Prediction of discomfort glare from windows under tropical
+//!   skies*, Building and Environment 113, 2017.
+//! - [CIE 117] *Discomfort glare in interior lighting*, 1995; [CIE 140] *Road lighting calculations*, 2000; [CIE 146] *CIE
+//!   equations for disability glare*, 2002; [Vos 2003] J. Vos, *On the cause of disability glare and its dependence on glare
+//!   angle, age and ocular pigmentation*, Clinical and Experimental Optometry 86, 2003.
+//! - [Marsaglia 2004] G. Marsaglia, *Evaluating the Normal Distribution*, Journal of Statistical Software 11, 2004.
 
+pub mod chart;
 pub mod cli;
 pub mod codec;
 pub mod color;
@@ -51,6 +72,7 @@ pub mod display;
 pub mod error;
 pub mod filter;
 pub mod filters;
+pub mod glare;
 pub mod json;
 pub mod keys;
 pub mod notes;

@@ -228,6 +228,26 @@ impl fmt::Display for Range {
 }
 string_serde!(Range);
 
+/// Two sizes WxH, such as a legend's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pair(pub usize, pub usize);
+
+impl FromStr for Pair {
+    type Err = Error;
+    fn from_str(s: &str) -> Result<Pair> {
+        let size = |t: &str| t.trim().parse().ok().filter(|n: &usize| *n <= 1 << 16);
+        let pair = s.split_once('x').and_then(|(w, h)| Some(Pair(size(w)?, size(h)?)));
+        pair.ok_or_else(|| Error::Invalid(format!("'{s}' is no size; give width x height in pixels, such as 100x200")))
+    }
+}
+
+impl fmt::Display for Pair {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}x{}", self.0, self.1)
+    }
+}
+string_serde!(Pair);
+
 /// Serialises a path that may not be Unicode, for history lines and shell lines.
 pub fn lossy<S: serde::Serializer>(path: &Option<PathBuf>, s: S) -> Result<S::Ok, S::Error> {
     path.as_ref().map(|p| p.to_string_lossy().into_owned()).serialize(s)

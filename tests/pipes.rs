@@ -20,6 +20,7 @@ fn readers() -> Vec<(&'static str, Vec<&'static str>)> {
     let options = |name: &str| match name {
         "vonkries" => vec!["--from", "A"],
         "pcompare" => vec!["tests/data/small_xyz.lux"],
+        "pglare" => vec!["--view", "-vta -vh 180 -vv 180"],
         _ => vec![],
     };
     let reads = |f: &&&dyn luxpipe::filter::Any| f.command().get_arguments().any(|a| a.get_id() == "input");

@@ -1,8 +1,10 @@
 //! The filters, one file each. A new one: its file here with one line in the list below, and its program in src/bin.
 
+mod falsecolor;
 mod pcompare;
 mod pcond;
 mod pdisplay;
+mod pglare;
 mod picinfo;
 mod ra_exr;
 mod ra_loglv;
@@ -16,9 +18,11 @@ pub mod spectrace;
 mod vonkries;
 mod xyz2rgb;
 
+pub use falsecolor::Falsecolor;
 pub use pcompare::Pcompare;
 pub use pcond::{Pcond, rewrite as pcond_arguments};
 pub use pdisplay::Pdisplay;
+pub use pglare::Pglare;
 pub use picinfo::Picinfo;
 pub use ra_exr::RaExr;
 pub use ra_loglv::RaLoglv;
@@ -86,4 +90,6 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Specmat>::NEW,
     &Entry::<Pcompare>::NEW,
     &Entry::<Pdisplay>::NEW,
+    &Entry::<Pglare>::NEW,
+    &Entry::<Falsecolor>::NEW,
 ];

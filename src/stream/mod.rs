@@ -5,6 +5,7 @@
 pub mod annotation;
 pub mod groups;
 pub mod header;
+pub mod luminance;
 pub mod meaning;
 pub mod output;
 pub mod picture;
@@ -21,6 +22,7 @@ mod variables;
 pub mod writer;
 
 pub use header::{Components, Header, Units};
+pub use luminance::luminance;
 pub use picture::{Block, Picture};
 pub use resolution::Resolution;
 pub use tristimulus::tristimulus;
