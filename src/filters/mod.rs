@@ -4,6 +4,7 @@ mod pcompare;
 mod pcond;
 mod pdisplay;
 mod picinfo;
+mod plocal;
 mod ra_exr;
 mod ra_loglv;
 mod ra_pfm;
@@ -20,6 +21,7 @@ pub use pcompare::Pcompare;
 pub use pcond::Pcond;
 pub use pdisplay::Pdisplay;
 pub use picinfo::Picinfo;
+pub use plocal::Plocal;
 pub use ra_exr::RaExr;
 pub use ra_loglv::RaLoglv;
 pub use ra_pfm::RaPfm;
@@ -75,6 +77,7 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Spec2xyz>::NEW,
     &Entry::<Vonkries>::NEW,
     &Entry::<Pcond>::NEW,
+    &Entry::<Plocal>::NEW,
     &Entry::<Xyz2rgb>::NEW,
     &Entry::<RaPng>::NEW,
     &Entry::<RaRgbe>::NEW,

@@ -3,6 +3,7 @@
 pub mod curve;
 pub mod fovea;
 pub mod histogram;
+pub mod local;
 
 pub use curve::Curve;
 pub use histogram::Histogram;
