@@ -43,6 +43,11 @@
 //! - [Li 2000] C. Li, M. R. Luo, B. Rigg, *Simplification of the CMCCAT97*, IS&T/SID 8th Color Imaging Conference, 2000.
 //! - [Mantiuk 2021] R. Mantiuk, M. Azimi, *PU21: A novel perceptually uniform encoding for adapting existing quality metrics
 //!   for HDR*, Picture Coding Symposium 2021; parameters from the authors' github.com/gfxdisp/pu21.
+//! - [Durand 2002] F. Durand, J. Dorsey, *Fast Bilateral Filtering for the Display of High-Dynamic-Range Images*, SIGGRAPH 2002.
+//! - [He 2013] K. He, J. Sun, X. Tang, *Guided Image Filtering*, IEEE TPAMI 35(6), 2013.
+//! - [He 2015] K. He, J. Sun, *Fast Guided Filter*, arXiv:1505.00996, 2015.
+//! - [Jobson 1997] D. Jobson, Z. Rahman, G. Woodell, *A Multiscale Retinex for Bridging the Gap Between Color Images and the
+//!   Human Observation of Scenes*, IEEE Transactions on Image Processing 6(7), 1997.
 //! - [Waechter 2019] C. Waechter, N. Binder, *A Fast and Robust Method for Avoiding Self-Intersection*, Ray Tracing Gems, 2019.
 //! - [Wienold 2006] J. Wienold, J. Christoffersen, *Evaluation methods and development of a new glare prediction model for
 //!   daylight environments with the use of CCD cameras*, Energy and Buildings 38, 2006; as evalglare 3.06 has it.

@@ -6,6 +6,7 @@ mod pcond;
 mod pdisplay;
 mod pglare;
 mod picinfo;
+mod plocal;
 mod ra_exr;
 mod ra_loglv;
 mod ra_pfm;
@@ -24,6 +25,7 @@ pub use pcond::{Pcond, rewrite as pcond_arguments};
 pub use pdisplay::Pdisplay;
 pub use pglare::Pglare;
 pub use picinfo::Picinfo;
+pub use plocal::Plocal;
 pub use ra_exr::RaExr;
 pub use ra_loglv::RaLoglv;
 pub use ra_pfm::RaPfm;
@@ -37,8 +39,10 @@ pub use vonkries::Vonkries;
 pub use xyz2rgb::{Intent, Xyz2rgb};
 
 use crate::color::Primaries;
+use crate::display as medium;
 use crate::filter::{Any, Entry};
 use crate::stream::{Components, Header, Picture, Units, tristimulus, writer};
+use crate::tone;
 use crate::{Result, invalid, usage};
 
 /// The filter of that name.
@@ -54,6 +58,20 @@ fn check_master(header: &Header, force: bool) -> Result<()> {
         );
     }
     Ok(())
+}
+
+/// Black and white of a display by name, or by `--ldmax` and `--lddyn`.
+fn display_range(display: Option<&medium::Display>, ldmax: f64, lddyn: f64) -> Result<tone::Display> {
+    if let Some(d) = display {
+        return Ok(tone::Display { max_cd_m2: d.white_cd_m2, min_cd_m2: d.black_cd_m2 });
+    }
+    if !(ldmax > 0.0 && ldmax <= 1e6) {
+        return usage!("--ldmax {ldmax} is no luminance of a display's white");
+    }
+    if !(lddyn > 1.0 && lddyn <= 1e9) {
+        return usage!("--lddyn {lddyn} is no contrast; it must be over 1");
+    }
+    Ok(tone::Display { max_cd_m2: ldmax, min_cd_m2: ldmax / lddyn })
 }
 
 /// An option that must be above 0 and finite where it is given.
@@ -79,6 +97,7 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Spec2xyz>::NEW,
     &Entry::<Vonkries>::NEW,
     &Entry::<Pcond>::NEW,
+    &Entry::<Plocal>::NEW,
     &Entry::<Xyz2rgb>::NEW,
     &Entry::<RaPng>::NEW,
     &Entry::<RaRgbe>::NEW,

@@ -239,13 +239,7 @@ impl Pcond {
     }
 
     fn range(&self) -> Result<Display> {
-        if let Some(d) = &self.display {
-            return Ok(Display { max_cd_m2: d.white_cd_m2, min_cd_m2: d.black_cd_m2 });
-        }
-        if !(self.ldmax > 0.0 && self.ldmax <= 1e6) {
-            return usage!("--ldmax {} is no luminance of a display's white", self.ldmax);
-        }
-        if self.print {
+        if self.print && self.display.is_none() {
             let (dmin, dmax, gloss) = (self.dmin, self.dmax, self.gloss);
             if !(dmin >= 0.0 && dmin < dmax && dmax <= 6.0 && (0.0..1.0).contains(&gloss)) {
                 return usage!(
@@ -255,10 +249,7 @@ impl Pcond {
             let seen = |density: f64| self.ldmax * (10f64.powf(-density) + gloss);
             return Ok(Display { max_cd_m2: seen(dmin), min_cd_m2: seen(dmax) });
         }
-        if !(self.lddyn > 1.0 && self.lddyn <= 1e9) {
-            return usage!("--lddyn {} is no contrast; it must be over 1", self.lddyn);
-        }
-        Ok(Display { max_cd_m2: self.ldmax, min_cd_m2: self.ldmax / self.lddyn })
+        super::display_range(self.display.as_ref(), self.ldmax, self.lddyn)
     }
 
     /// The primaries that colours have to fit.

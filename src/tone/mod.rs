@@ -2,7 +2,7 @@
 //!
 //! [`fovea`] looks at the picture, [`histogram`] counts its luminances; [`adjust`], [`visible`], [`print`](mod@print) and
 //! [`faithful`] are rules that make a [`Curve`] of them, one for each goal; [`veil`], [`acuity`] and [`mesopic`] are what the
-//! eye does to the light first.
+//! eye does to the light first. [`local`] goes its own way, place by place.
 
 pub mod acuity;
 pub mod adjust;
@@ -11,6 +11,7 @@ pub mod curve;
 pub mod faithful;
 pub mod fovea;
 pub mod histogram;
+pub mod local;
 pub mod mesopic;
 pub mod palette;
 pub mod print;
