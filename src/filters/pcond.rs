@@ -304,12 +304,16 @@ impl Pcond {
 
     /// Reads the picture once for what the map and the eye need, and puts the veil over it.
     fn look(&self, input: Box<dyn Picture>, eye: &Eye, cells: &Arc<Cells>, run: &Run) -> Result<Seen> {
-        let mut first = First::new(input.header().ncomp, cells, self.on(self.veil), self.rule().needs_palette());
+        let veil = self.on(self.veil).then(|| self.scatter());
+        let mut first = First::new(input.header().ncomp, cells, veil, self.rule().needs_palette());
         let picture = spool::twice(input, &run.options.limits(), &run.notes, |_, block| first.add(&block.data, eye))?;
         if first.lost > 0 {
             run.notes.add(format!("{} pixels with a luminance that is not finite became black", first.lost));
         }
-        Ok(if self.on(self.veil) { first.veiled(picture, eye, self.scatter()) } else { first.plain(picture) })
+        Ok(match veil {
+            Some(scatter) => first.veiled(picture, eye, scatter),
+            None => first.plain(picture),
+        })
     }
 
     /// The map, and the range of world luminances it was made for.

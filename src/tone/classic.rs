@@ -58,14 +58,7 @@ pub fn adjusted(histogram: &Histogram, display: Display, sensitivity: bool) -> C
 /// 100 bins, the range stretched, the lowest halved into the new one below.
 fn binned(histogram: &Histogram, low: f64, high: f64) -> (Vec<f64>, f64) {
     let stretched = high - (high - low) * BINS as f64 / (BINS - 1) as f64;
-    let width = (high - stretched) / BINS as f64;
-    let mut counts = vec![0.0; BINS];
-    for (ln, weight) in histogram.weights() {
-        if ln < RANGE_CD_M2.0.ln() || ln > RANGE_CD_M2.1.ln() {
-            continue;
-        }
-        counts[(((ln - stretched) / width).max(0.0) as usize).min(BINS - 1)] += weight;
-    }
+    let mut counts = histogram.between(BINS, stretched, high, |ln| ln).counts;
     let half = 0.5 * counts[1];
     counts[0] += half;
     counts[1] -= half;

@@ -109,6 +109,11 @@ impl Histogram {
     pub fn even(&self, count: usize, scale: impl Fn(f64) -> f64) -> Even {
         let ends = self.range_cd_m2().map(|(low, high)| [scale(low.ln()), scale(high.ln())]);
         let [low, high] = ends.unwrap_or([0.0, 0.0]);
+        self.between(count, low, high, scale)
+    }
+
+    /// The same from one value of the scale to another; what lies outside counts in the first and last step.
+    pub fn between(&self, count: usize, low: f64, high: f64, scale: impl Fn(f64) -> f64) -> Even {
         let width = (high - low) / count as f64;
         let mut counts = vec![0.0; count];
         for (i, weight) in self.fine.iter().enumerate().filter(|(_, w)| **w > 0.0) {
@@ -169,7 +174,7 @@ impl Histogram {
             return invalid!("{} lines; a histogram has 2 to 1024", lines.len());
         }
         let step = (lines[lines.len() - 1].0 - lines[0].0) / (lines.len() - 1) as f64;
-        if !(step > 0.0) || lines.windows(2).any(|p| (p[1].0 - p[0].0 - step).abs() > 1e-3) {
+        if step.is_nan() || step <= 0.0 || lines.windows(2).any(|p| (p[1].0 - p[0].0 - step).abs() > 1e-3) {
             return invalid!("the steps of log10 luminance are not even");
         }
         let mut h = Histogram::default();

@@ -25,6 +25,14 @@ impl Scale {
         Scale::Visibility { world, display }
     }
 
+    /// The world's threshold at a luminance, cd/m2; 0 where contrast is a ratio.
+    pub fn threshold_cd_m2(&self, luminance_cd_m2: f64) -> f64 {
+        match self {
+            Scale::Ratio => 0.0,
+            Scale::Visibility { world, .. } => world.threshold_cd_m2(luminance_cd_m2),
+        }
+    }
+
     /// A world luminance on the scale.
     pub fn world(&self, ln_luminance: f64) -> f64 {
         match self {

@@ -335,7 +335,8 @@ impl<const N: usize> Tree<N> {
 
     /// What a leaf's cells see: nodes far enough to be taken as one, and leaves to be taken apart.
     fn lists(&self, leaf: &Node<N>, far: &mut Vec<usize>, near: &mut Vec<usize>) {
-        (far.clear(), near.clear());
+        far.clear();
+        near.clear();
         let at = leaf.middle.mean;
         let mut i = 0;
         while i < self.nodes.len() {

@@ -15,7 +15,7 @@
 
 use crate::tone::adjust::{exposed, lengths, smoothstep};
 use crate::tone::histogram::Histogram;
-use crate::tone::threshold::{Count, threshold_cd_m2};
+use crate::tone::threshold::Count;
 use crate::tone::{Curve, Display, Scale};
 
 /// Thresholds of a difference that is to stay visible.
@@ -29,22 +29,21 @@ const REACH: f64 = 2.0;
 /// Share of all pixels a step.
 const PREFERENCE: f64 = 1e-3;
 /// Share of all pixels a step over which the slope goes from the rest's to s*.
-const SOFT: f64 = 2e-4;
+const SOFT: f64 = 2e-5;
 /// Share of the display for what is not kept.
-const REST: f64 = 0.02;
+const REST: f64 = 0.008;
 
 /// The scale it counts by; eyes may come from a brighter place, 0 for rested ones.
 pub fn scale(adapted_cd_m2: f64) -> Scale {
     Scale::visibility(Count::Whole, adapted_cd_m2)
 }
 
-/// Least slope at a world luminance that shows [`SURE`] thresholds as one. With d = d dLt / dL such a difference has
-/// ln(1 + SURE d) / ln(1 + d) whole steps.
-fn keeping_slope(ln_luminance: f64) -> f64 {
+/// Least slope at a world luminance that shows [`SURE`] thresholds as one.
+fn keeping_slope(scale: &Scale, ln_luminance: f64) -> f64 {
     let l = ln_luminance.exp();
-    let d = (threshold_cd_m2(l * 1.01) - threshold_cd_m2(l / 1.01)) / (l * (1.01 - 1.0 / 1.01));
-    let steps = if d > 1e-6 { (SURE * d).ln_1p() / d.ln_1p() } else { SURE };
-    (MARGIN / steps).min(1.0)
+    let seen = l + SURE * scale.threshold_cd_m2(l);
+    let steps = scale.world(seen.ln()) - scale.world(ln_luminance);
+    (MARGIN / steps.max(1.0)).min(1.0)
 }
 
 /// The map.
@@ -56,7 +55,11 @@ pub fn visible(histogram: &Histogram, display: Display, scale: &Scale) -> Curve 
     let even = histogram.even(STEPS, |ln| scale.world(ln));
     let width = even.width();
     let places: Vec<f64> = (0..STEPS).map(|i| even.low + (i as f64 + 0.5) * width).collect();
-    let keeping: Vec<f64> = places.iter().map(|p| keeping_slope(scale.world_ln(*p))).collect();
+    let least: Vec<f64> = places.iter().map(|p| keeping_slope(scale, scale.world_ln(*p))).collect();
+    // A difference is carried by the steps from its darker side up.
+    let below = (SURE / width).ceil() as usize;
+    let keeping: Vec<f64> =
+        (0..STEPS).map(|i| least[i.saturating_sub(below)..=i].iter().fold(0.0, |m: f64, s| m.max(*s))).collect();
     let wanted = wanted(&even.counts, width);
     let slopes = slopes(&wanted, &keeping, shown / width);
     let mut at = scale.display(display.min_cd_m2.ln());

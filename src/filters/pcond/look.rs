@@ -39,6 +39,8 @@ pub struct First {
     light: Option<(Light, Samples)>,
     pixels: Histogram,
     palette: Option<Palette>,
+    /// As Radiance's pcond, whose veil lies over the cells' half of the histogram alone.
+    bare: bool,
     /// Pixels whose luminance is not finite.
     pub lost: u64,
     row: Vec<f32>,
@@ -51,7 +53,7 @@ enum Light {
 
 impl First {
     /// Nothing seen yet.
-    pub fn new(ncomp: usize, cells: &Arc<Cells>, veil: bool, colours: bool) -> First {
+    pub fn new(ncomp: usize, cells: &Arc<Cells>, veil: Option<Scatter>, colours: bool) -> First {
         let light = || match ncomp {
             3 => Light::Xyz(Means::new(cells)),
             _ => Light::WithRods(Means::new(cells)),
@@ -60,7 +62,8 @@ impl First {
             ncomp,
             cells: cells.clone(),
             luminance: Means::new(cells),
-            light: veil.then(|| (light(), Samples::new(cells))),
+            light: veil.map(|_| (light(), Samples::new(cells))),
+            bare: veil == Some(Scatter::Classic),
             pixels: Histogram::default(),
             palette: colours.then(Palette::default),
             lost: 0,
@@ -79,6 +82,9 @@ impl First {
                 Light::WithRods(means) => means.add(data, self.ncomp),
             }
             samples.add(data, self.ncomp, &self.row);
+            if self.bare {
+                self.pixels.add_all(&self.row);
+            }
             return;
         }
         self.luminance.add(&self.row, 1);
@@ -140,6 +146,7 @@ impl First {
             [l[0], l[1], l[2], l[3], veil.lost[i]].map(|x| x as f32)
         };
         let field = Field::new(self.cells.clone(), (0..means.len()).map(added).collect());
+        let pixels = if self.bare { self.pixels } else { pixels };
         Seen { picture: pixels::veiled(picture, field), cells_cd_m2, pixels, palette: palette.unwrap_or_default() }
     }
 }
