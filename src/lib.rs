@@ -13,6 +13,7 @@
 //! | [`display`] | what a medium can show, and its curve |
 //! | [`codec`] | file formats other than the stream's own |
 //! | [`tone`] | from world luminance to the display's |
+//! | [`plot`] | charts as SVG and PNG |
 //! | [`scene`] | scenes as TOML, shapes, materials, lights, cameras |
 //! | [`render`] | Eq. (1) by path tracing |
 //! | [`filter`], [`filters`] | what a filter is, and the filters |
@@ -56,6 +57,7 @@ pub mod notes;
 pub mod options;
 pub mod parallel;
 pub mod pipeline;
+pub mod plot;
 pub mod render;
 pub mod scene;
 pub mod simd;

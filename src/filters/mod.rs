@@ -4,6 +4,7 @@ mod pcompare;
 mod pcond;
 mod pdisplay;
 mod picinfo;
+mod pplot;
 mod ra_exr;
 mod ra_loglv;
 mod ra_pfm;
@@ -20,6 +21,7 @@ pub use pcompare::Pcompare;
 pub use pcond::Pcond;
 pub use pdisplay::Pdisplay;
 pub use picinfo::Picinfo;
+pub use pplot::Pplot;
 pub use ra_exr::RaExr;
 pub use ra_loglv::RaLoglv;
 pub use ra_pfm::RaPfm;
@@ -86,4 +88,5 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Specmat>::NEW,
     &Entry::<Pcompare>::NEW,
     &Entry::<Pdisplay>::NEW,
+    &Entry::<Pplot>::NEW,
 ];
