@@ -103,8 +103,7 @@ const LONGEST: u64 = 64 << 20;
 
 impl Filter for Pplot {
     const NAME: &'static str = "pplot";
-    const ABOUT: &'static str =
-        "Draw tone curves, luminance histograms, spectra and tables as SVG or PNG; a picture's histogram when nothing is named";
+    const ABOUT: &'static str = "Draw tone curves, luminance histograms, spectra and tables as SVG or PNG; a picture's histogram when nothing is named";
     const EXAMPLE: &'static str = "pcond -x adjusted.map tests/data/radiance_office.hdr | pplot > histogram.svg
 pplot --curve adjusted.map --histogram tests/data/radiance_office.hdr curve.png
 pplot --spectrum D65 --spectrum lamp=FL11 lamps.svg
@@ -249,7 +248,8 @@ impl Pplot {
                 Spectrum::Table(points) => points,
                 Spectrum::Constant(c) => vec![(380.0, c), (780.0, c)],
             };
-            units.push(text.lines().find_map(|l| l.strip_prefix("# unit:").map(|u| u.trim().to_string())));
+            let unit = text.lines().find_map(|l| l.strip_prefix("# unit:"));
+            units.push(unit.map(|u| u.split(',').next().unwrap_or("").trim().to_string()));
             chart.series.push(Series { name, points, marks: false });
         }
         units.dedup();
@@ -274,7 +274,11 @@ impl Pplot {
             let words = self.by.as_ref().map(|by| table.words(by)).transpose().map_err(within)?;
             let mut kinds: Vec<Option<&str>> = Vec::new();
             let all = words.as_ref().map_or(vec![None], |w| w.iter().map(|w| Some(*w)).collect());
-            all.into_iter().for_each(|w| if !kinds.contains(&w) { kinds.push(w) });
+            all.into_iter().for_each(|w| {
+                if !kinds.contains(&w) {
+                    kinds.push(w)
+                }
+            });
             for y in &ys {
                 let up = table.numbers(y).map_err(within)?;
                 for kind in &kinds {
@@ -297,9 +301,7 @@ impl Pplot {
     /// What holds for every chart.
     fn dress(&self, chart: &mut Chart) -> Result<()> {
         chart.title = self.title.clone().filter(|t| !t.is_empty());
-        for (axis, log, range) in
-            [(&mut chart.x, self.log_x, self.x_range), (&mut chart.y, self.log_y, self.y_range)]
-        {
+        for (axis, log, range) in [(&mut chart.x, self.log_x, self.x_range), (&mut chart.y, self.log_y, self.y_range)] {
             if log || self.log {
                 axis.scale = Scale::Log;
             }
@@ -322,7 +324,10 @@ impl Pplot {
 /// Bars of a picture's luminances, log10 cd/m2 and percent of its pixels, and their name.
 fn luminances(picture: Box<dyn Picture>, run: &Run) -> Result<(Vec<(f64, f64, f64)>, String)> {
     if picture.header().units != Units::CdM2 {
-        return invalid!("expected scene light in cd/m2 for its histogram, the picture is in {}", picture.header().units);
+        return invalid!(
+            "expected scene light in cd/m2 for its histogram, the picture is in {}",
+            picture.header().units
+        );
     }
     let mut picture = tristimulus::tristimulus(picture)?;
     let (mut found, mut block) = (Luminances::default(), Block::default());

@@ -2,15 +2,17 @@
 
 use crate::plot::font::Font;
 use crate::plot::legend::{Legend, Sign};
-use crate::plot::scale::{Ruler, Tick, rounded, widened};
+use crate::plot::scale::{Ruler, Tick, aired, rounded, widened};
 use crate::plot::sheet::{Anchor, Colour, Frame, Point, Shape, Sheet};
-use crate::plot::{Axis, Bars, Chart, Scale, Series};
-use crate::{Result, usage};
+use crate::plot::{Axis, Chart, Scale, Series};
+use crate::{Result, invalid, usage};
 
 /// Words and axes.
 pub const INK: Colour = [34, 34, 34];
 /// Bars.
 pub const BARS: Colour = [214, 214, 214];
+/// The legend's frame.
+pub const EDGE: Colour = [200, 200, 200];
 const GRID: Colour = [232, 232, 232];
 
 /// Okabe and Ito's colours without yellow, which white paper swallows.
@@ -67,6 +69,7 @@ pub fn lay_out(chart: &Chart, width: u32, height: u32) -> Result<Sheet> {
     let pens = Pens { width: (2.0 * s).max(1.0) };
     let mut sheet = Sheet::new(width, height, chart.title.as_deref().unwrap_or(""));
     let mut axes = layout.axes(0.0)?;
+    layout.check_seen(&axes)?;
     let legend = layout.legend(&axes.frame);
     let place = legend.place(&axes.frame, &layout.obstacles(&axes));
     let strip = if place.is_none() { legend.strip_height(axes.frame.width()) } else { 0.0 };
@@ -124,14 +127,27 @@ impl Layout<'_> {
         Ok(Axes { frame, x, y, second })
     }
 
+    /// Something lies within the axes.
+    fn check_seen(&self, axes: &Axes) -> Result<()> {
+        let shows = |line: Vec<Point>| line.iter().any(|p| axes.frame.holds(*p)) || !axes.frame.parts(&line).is_empty();
+        if self.chart.series.iter().any(|s| shows(placed(s, axes))) || !self.bar_shapes(axes).is_empty() {
+            return Ok(());
+        }
+        let x = span(self.chart.series.iter().flat_map(|s| s.points.iter().map(|p| p.0)));
+        let (a, b) = axes.x.range;
+        invalid!("nothing to draw within the axes: they show {a} to {b} across, the curves lie at {} to {}", x.0, x.1)
+    }
+
     /// What the data span across.
     fn x_range(&self) -> (f64, f64) {
         let points = self.chart.series.iter().flat_map(|s| s.points.iter().map(|p| p.0));
         let bars = self.chart.bars.iter().flat_map(|b| b.list.iter().flat_map(|b| [b.0, b.1]));
-        let range = widened(self.chart.x.scale, span(points.chain(bars)));
-        match self.chart.x.scale {
-            Scale::Log => rounded(Scale::Log, range, 6),
-            Scale::Linear if self.chart.series.iter().any(|s| s.marks) => rounded(Scale::Linear, with_zero(range), 6),
+        let (scale, marks) = (self.chart.x.scale, self.chart.series.iter().any(|s| s.marks));
+        let range = widened(scale, span(points.chain(bars)));
+        match scale {
+            Scale::Log if marks => aired(scale, rounded(scale, range, 6), range),
+            Scale::Log => rounded(scale, range, 6),
+            Scale::Linear if marks => aired(scale, rounded(scale, with_zero(range), 6), range),
             Scale::Linear => range,
         }
     }
@@ -149,10 +165,11 @@ impl Layout<'_> {
             curves = if scale == Scale::Log { vec![0.1, 1.0] } else { vec![0.0, 1.0] };
         }
         let range = widened(scale, span(curves.into_iter()));
-        let range = if scale == Scale::Linear { with_zero(range) } else { range };
+        let whole = if scale == Scale::Linear { with_zero(range) } else { range };
+        let shown = aired(scale, rounded(scale, whole, count), range);
         // Room above the bars, so that a curve is seen over them.
         let bars = (0.0, if bars.1 > 0.0 { bars.1 * 1.05 } else { 1.0 });
-        (rounded(scale, range, count), chart.second.as_ref().map(|_| rounded(Scale::Linear, bars, count)))
+        (shown, chart.second.as_ref().map(|_| rounded(Scale::Linear, bars, count)))
     }
 
     fn legend(&self, frame: &Frame) -> Legend {
@@ -164,14 +181,26 @@ impl Layout<'_> {
     /// What a legend must not cover.
     fn obstacles(&self, axes: &Axes) -> Vec<Vec<Point>> {
         let curves = self.chart.series.iter().map(|s| placed(s, axes));
-        let bars = self.chart.bars.iter().flat_map(|b| bar_shapes(b, axes));
-        curves.chain(bars).collect()
+        curves.chain(self.bar_shapes(axes)).collect()
+    }
+
+    /// The corners of each bar within the frame, from the lower left one upward and round.
+    fn bar_shapes(&self, axes: &Axes) -> Vec<Vec<Point>> {
+        let (f, ruler) = (axes.frame, axes.second.as_ref().unwrap_or(&axes.y));
+        let shape = |(from, to, height): &(f64, f64, f64)| {
+            let across = |v: f64| axes.x.place(v).clamp(f.left, f.right);
+            let up = |v: f64| ruler.place(v).clamp(f.top, f.bottom);
+            let (left, right, top, bottom) = (across(*from), across(*to), up(*height), up(0.0));
+            let seen = right > left && bottom > top;
+            seen.then(|| vec![(left, bottom), (left, top), (right, top), (right, bottom)])
+        };
+        self.chart.bars.iter().flat_map(|b| b.list.iter().filter_map(shape)).collect()
     }
 
     fn draw_data(&self, sheet: &mut Sheet, axes: &Axes, pens: &Pens) {
         let f = axes.frame;
-        for points in self.chart.bars.iter().flat_map(|b| bar_shapes(b, axes)) {
-            sheet.add("bars", Shape::Area { points, colour: BARS, opacity: 1.0 });
+        for points in joined(self.bar_shapes(axes)) {
+            sheet.add("bars", Shape::Area { points, colour: BARS });
         }
         for tick in axes.x.ticks(self.across(axes)).iter().filter(|t| t.label.is_some()) {
             let x = axes.x.place(tick.value);
@@ -316,15 +345,17 @@ fn placed(series: &Series, axes: &Axes) -> Vec<Point> {
     series.points.iter().map(|p| (axes.x.place(p.0), axes.y.place(p.1))).collect()
 }
 
-/// The parts of bars within the frame.
-fn bar_shapes(bars: &Bars, axes: &Axes) -> Vec<Vec<Point>> {
-    let (f, ruler) = (axes.frame, axes.second.as_ref().unwrap_or(&axes.y));
-    let shape = |(from, to, height): &(f64, f64, f64)| {
-        let across = |v: f64| axes.x.place(v).clamp(f.left, f.right);
-        let up = |v: f64| ruler.place(v).clamp(f.top, f.bottom);
-        let (left, right, top, bottom) = (across(*from), across(*to), up(*height), up(0.0));
-        let seen = right > left && bottom > top;
-        seen.then(|| vec![(left, bottom), (left, top), (right, top), (right, bottom)])
-    };
-    bars.list.iter().filter_map(shape).collect()
+/// Bars that touch as one shape: no seams.
+fn joined(bars: Vec<Vec<Point>>) -> Vec<Vec<Point>> {
+    let mut all: Vec<Vec<Point>> = Vec::new();
+    for bar in bars {
+        match all.last_mut() {
+            Some(last) if last.last().is_some_and(|p| (p.0 - bar[0].0).abs() < 0.01) => {
+                last.pop();
+                last.extend(&bar[1..]);
+            }
+            _ => all.push(bar),
+        }
+    }
+    all
 }

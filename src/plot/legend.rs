@@ -1,7 +1,7 @@
 //! The legend: in a place of the chart where nothing else is, or in rows above it.
 
 use crate::plot::font::Font;
-use crate::plot::layout::{BARS, INK, Pens};
+use crate::plot::layout::{BARS, EDGE, INK, Pens};
 use crate::plot::sheet::{Anchor, Frame, Point, Shape, Sheet};
 
 /// What a name stands for.
@@ -67,7 +67,10 @@ impl Legend {
     pub fn stack(&self, sheet: &mut Sheet, frame: &Frame, pens: &Pens) {
         let corners = [(frame.left, frame.top), (frame.right, frame.top), (frame.right, frame.bottom)];
         let points = [&corners[..], &[(frame.left, frame.bottom)]].concat();
-        sheet.add("legend", Shape::Area { points, colour: [255; 3], opacity: 0.9 });
+        let round = [&points[..], &points[..1]].concat();
+        sheet.add("legend", Shape::Area { points, colour: [255; 3] });
+        let width = (self.size / 18.0).max(0.5);
+        sheet.add("legend", Shape::Line { points: round, colour: EDGE, width, dash: Vec::new() });
         for i in 0..self.entries.len() {
             let middle = frame.top + (AROUND * 0.5 + (i as f64 + 0.5) * ROW) * self.size;
             self.entry(sheet, i, (frame.left + AROUND * self.size, middle), pens);
@@ -123,7 +126,7 @@ impl Legend {
             Sign::Bars => {
                 let (top, bottom) = (y - 0.4 * self.size, y + 0.4 * self.size);
                 let points = vec![(x, top), (end, top), (end, bottom), (x, bottom)];
-                sheet.add("legend", Shape::Area { points, colour: BARS, opacity: 1.0 });
+                sheet.add("legend", Shape::Area { points, colour: BARS });
             }
         }
         let at = (end + GAP * self.size, y + 0.36 * self.size);

@@ -40,10 +40,10 @@ impl Sheet {
     }
 }
 
-fn paint(colour: Colour, opacity: f64) -> Paint<'static> {
+fn paint(colour: Colour) -> Paint<'static> {
     let mut paint = Paint::default();
     let [r, g, b] = colour;
-    paint.set_color_rgba8(r, g, b, (opacity * 255.0).round() as u8);
+    paint.set_color_rgba8(r, g, b, 255);
     paint
 }
 
@@ -67,17 +67,17 @@ fn draw(map: &mut Pixmap, font: &Font, shape: &Shape) {
             let (line_cap, line_join) = (LineCap::Butt, LineJoin::Round);
             let stroke = Stroke { width: *width as f32, line_cap, line_join, dash, ..Stroke::default() };
             if let Some(path) = path(points, false) {
-                map.stroke_path(&path, &paint(*colour, 1.0), &stroke, identity, None);
+                map.stroke_path(&path, &paint(*colour), &stroke, identity, None);
             }
         }
-        Shape::Area { points, colour, opacity } => {
+        Shape::Area { points, colour } => {
             if let Some(path) = path(points, true) {
-                map.fill_path(&path, &paint(*colour, *opacity), FillRule::Winding, identity, None);
+                map.fill_path(&path, &paint(*colour), FillRule::Winding, identity, None);
             }
         }
         Shape::Disc { at, radius, colour } => {
             if let Some(path) = PathBuilder::from_circle(at.0 as f32, at.1 as f32, *radius as f32) {
-                map.fill_path(&path, &paint(*colour, 1.0), FillRule::Winding, identity, None);
+                map.fill_path(&path, &paint(*colour), FillRule::Winding, identity, None);
             }
         }
         Shape::Text { at, anchor, size, upward, colour, text } => {
@@ -93,7 +93,7 @@ fn draw(map: &mut Pixmap, font: &Font, shape: &Shape) {
             let mut pen = Pen { builder: PathBuilder::new(), x: 0.0, unit: 0.0 };
             font.outline(text, *size, &mut pen);
             if let Some(path) = pen.builder.finish() {
-                map.fill_path(&path, &paint(*colour, 1.0), FillRule::Winding, place, None);
+                map.fill_path(&path, &paint(*colour), FillRule::Winding, place, None);
             }
         }
     }

@@ -19,6 +19,10 @@ impl Scale {
     fn warp(self, value: f64) -> f64 {
         if self == Scale::Log { value.log10() } else { value }
     }
+
+    fn unwarp(self, value: f64) -> f64 {
+        if self == Scale::Log { 10f64.powf(value) } else { value }
+    }
 }
 
 /// An axis with its ends settled.
@@ -137,6 +141,16 @@ pub fn rounded(scale: Scale, range: (f64, f64), count: usize) -> (f64, f64) {
             if ends.0 > 0.0 && ends.1.is_finite() { ends } else { range }
         }
     }
+}
+
+/// The range a little longer where `data` reach its end, so that no curve runs along the edge; zero stays an end.
+pub fn aired(scale: Scale, range: (f64, f64), data: (f64, f64)) -> (f64, f64) {
+    let (a, b) = (scale.warp(range.0), scale.warp(range.1));
+    let air = 0.03 * (b - a);
+    let kept = |end: f64| scale == Scale::Linear && end == 0.0;
+    let low = if scale.warp(data.0) - a < 0.5 * air && !kept(range.0) { scale.unwarp(a - air) } else { range.0 };
+    let high = if b - scale.warp(data.1) < 0.5 * air && !kept(range.1) { scale.unwarp(b + air) } else { range.1 };
+    if scale.takes(low) && high.is_finite() { (low, high) } else { range }
 }
 
 /// A range that has a width, about one that has none.

@@ -37,8 +37,6 @@ pub enum Shape {
         points: Vec<Point>,
         /// Its colour.
         colour: Colour,
-        /// 0 clear to 1 solid.
-        opacity: f64,
     },
     /// A disc.
     Disc {
@@ -127,8 +125,7 @@ impl Frame {
     pub fn part(&self, a: Point, b: Point) -> Option<(Point, Point)> {
         let (dx, dy) = (b.0 - a.0, b.1 - a.1);
         let (mut from, mut to) = (0.0f64, 1.0f64);
-        let sides =
-            [(-dx, a.0 - self.left), (dx, self.right - a.0), (-dy, a.1 - self.top), (dy, self.bottom - a.1)];
+        let sides = [(-dx, a.0 - self.left), (dx, self.right - a.0), (-dy, a.1 - self.top), (dy, self.bottom - a.1)];
         for (toward, room) in sides {
             if toward == 0.0 {
                 if room < 0.0 {
@@ -140,7 +137,15 @@ impl Frame {
                 to = to.min(room / toward);
             }
         }
-        let at = |t: f64| if t <= 0.0 { a } else if t >= 1.0 { b } else { (a.0 + t * dx, a.1 + t * dy) };
+        let at = |t: f64| {
+            if t <= 0.0 {
+                a
+            } else if t >= 1.0 {
+                b
+            } else {
+                (a.0 + t * dx, a.1 + t * dy)
+            }
+        };
         (from <= to).then(|| (at(from), at(to)))
     }
 
@@ -165,10 +170,10 @@ mod tests {
     #[test]
     fn lines_are_cut_at_the_frame() {
         let frame = Frame { left: 0.0, top: 0.0, right: 10.0, bottom: 10.0 };
-        assert_eq!(frame.parts(&[(-5.0, 5.0), (5.0, 5.0), (5.0, 20.0), (8.0, 20.0), (8.0, 9.0)]), [
-            vec![(0.0, 5.0), (5.0, 5.0), (5.0, 10.0)],
-            vec![(8.0, 10.0), (8.0, 9.0)]
-        ]);
+        assert_eq!(
+            frame.parts(&[(-5.0, 5.0), (5.0, 5.0), (5.0, 20.0), (8.0, 20.0), (8.0, 9.0)]),
+            [vec![(0.0, 5.0), (5.0, 5.0), (5.0, 10.0)], vec![(8.0, 10.0), (8.0, 9.0)]]
+        );
         assert!(frame.parts(&[(-5.0, 8.0), (3.0, 16.0)]).is_empty());
         assert!(frame.parts(&[(1.0, 1.0)]).is_empty());
     }

@@ -36,10 +36,8 @@ fn element(class: &str, shape: &Shape) -> String {
                 short(*width)
             )
         }
-        Shape::Area { points, colour, opacity } => {
-            let opacity =
-                if *opacity < 1.0 { format!(" fill-opacity=\"{}\"", short(*opacity)) } else { String::new() };
-            format!("<polygon class=\"{class}\" points=\"{}\" fill=\"{}\"{opacity}/>", places(points), hex(*colour))
+        Shape::Area { points, colour } => {
+            format!("<polygon class=\"{class}\" points=\"{}\" fill=\"{}\"/>", places(points), hex(*colour))
         }
         Shape::Disc { at, radius, colour } => format!(
             "<circle class=\"{class}\" cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"/>",
