@@ -130,7 +130,7 @@ def cab():
         box("sill", (-half_in, IN - 0.12, SILL - 0.03), (half_in, IN + 0.06, SILL), move)
         quad("ceiling", (-half_out, OUT, HEAD), (half_out, OUT, HEAD), (half_out, OUT, CEILING), (-half_out, OUT, CEILING))
         if middle in (225, 270, 315):  # the stair and the blinds behind the eye
-            quad("wall", (-half_in, IN, SILL), (half_in, IN, SILL), (half_out, OUT, HEAD), (-half_out, OUT, HEAD))
+            quad("blinds", (-half_in, IN, SILL), (half_in, IN, SILL), (half_out, OUT, HEAD), (-half_out, OUT, HEAD))
         elif middle != 90:
             post("frame", move((0, IN, SILL)), move((0, OUT, HEAD)), 0.022)
     for foot, head in zip(low, high):
@@ -143,7 +143,8 @@ def cab():
         face("desk", *top)
         front = [move(p) for p in ((-half, 3.3, DESK - 0.05), (half, 3.3, DESK - 0.05), (half, 3.3, DESK), (-half, 3.3, DESK))]
         face("trim", *front)
-        below = [move(p) for p in ((-half, 3.55, FLOOR), (half, 3.55, FLOOR), (half, 3.55, DESK - 0.05), (-half, 3.55, DESK - 0.05))]
+        knee = 3.55 * tan(pi / 8)
+        below = [move(p) for p in ((-knee, 3.55, FLOOR), (knee, 3.55, FLOOR), (knee, 3.55, DESK), (-knee, 3.55, DESK))]
         face("wall", *below)
     things()
 
