@@ -105,7 +105,7 @@ fn a_close_up_is_linear_and_cut_at_its_edge() {
     let folder = tempfile::tempdir().unwrap();
     let map = file(folder.path(), "a.map", "1 1\n2 2\n4 4\n100 100\n");
     let text = svg(&["--curve", &map, "--zoom", "5", "--ldmax", "200"]);
-    let (two, four) = (tick(&text, "x", "2"), tick(&text, "x", "4"));
+    let (two, four) = (tick(&text, "x", "2.0"), tick(&text, "x", "4.0"));
     let drawn = line(&text, 0);
     for (place, x) in drawn.iter().zip([1.0, 2.0, 4.0, 5.0]) {
         assert!((place.0 - two - (four - two) * (x - 2.0) / 2.0).abs() < 0.05, "{drawn:?}");
@@ -175,7 +175,7 @@ fn spectra_and_tables() {
     assert!(["path", "local", "seconds", "E (%)"].iter().all(|w| texts(&text).contains(w)), "{:?}", texts(&text));
     let notes = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(notes.contains("local: left out 1 points that are not finite"), "{notes}");
-    assert!(notes.contains("local: left out 1 points that a logarithmic axis cannot show"), "{notes}");
+    assert!(notes.contains("local: left out 1 points that the axes cannot show"), "{notes}");
     let (one, hundred) = (tick(&text, "x", "1"), tick(&text, "x", "100"));
     let drawn = line(&text, 0);
     assert!((drawn[0].0 - one).abs() < 0.05 && (drawn[1].0 - hundred).abs() < 0.05, "{drawn:?}");
@@ -200,11 +200,10 @@ fn png_has_its_size_and_is_the_same_each_time() {
     let pixels = floats(pixels);
     let white = pixels.iter().filter(|v| **v > 0.99).count() as f64 / pixels.len() as f64;
     assert!((0.7..0.99).contains(&white), "{white}");
-    // The curve's blue and the ink of the axes.
-    let near = |p: &[f32], want: [f32; 3]| p.iter().zip(want).all(|(a, b)| (a - b).abs() < 0.02);
-    let count = |want| pixels.chunks(3).filter(|p| near(p, want)).count();
-    assert!(count([0.0, 0.168, 0.445]) > 200, "{}", count([0.0, 0.168, 0.445]));
-    assert!(count([0.016; 3]) > 500, "{}", count([0.016; 3]));
+    // The curve is blue, the axes are of ink.
+    let blue = pixels.chunks(3).filter(|p| p[2] > p[0] + 0.2).count();
+    let ink = pixels.chunks(3).filter(|p| p.iter().all(|v| *v < 0.03)).count();
+    assert!(blue > 200 && ink > 500, "{blue} {ink}");
 }
 
 #[test]
@@ -218,18 +217,12 @@ fn labels_are_escaped() {
     {
         assert!(texts(&text).contains(&word), "{word} not in {:?}", texts(&text));
     }
-    // However many and long the names are, they stand within the picture.
-    let many: Vec<String> =
-        (0..12).flat_map(|i| ["--curve".into(), format!("a rather long name, {i}={map}")]).collect();
-    let text = svg(&many.iter().map(String::as_str).collect::<Vec<_>>());
+    // However many the names are, they stand within the picture, or it is said to be too small.
+    let many = |n: usize| (0..n).flat_map(|i| ["--curve".into(), format!("a rather long name, {i}={map}")]).collect();
+    let (some, more): (Vec<String>, Vec<String>) = (many(12), many(90));
+    let text = svg(&some.iter().map(String::as_str).collect::<Vec<_>>());
     assert_eq!(texts(&text).iter().filter(|t| t.starts_with("a rather long name")).count(), 12);
-    fails(
-        "pplot",
-        &[&many.iter().map(String::as_str).collect::<Vec<_>>()[..], &["--height", "200"]].concat(),
-        b"",
-        2,
-        "--height",
-    );
+    fails("pplot", &more.iter().map(String::as_str).collect::<Vec<_>>(), b"", 2, "give --height");
     let long = format!("{}={map}", "w".repeat(500));
     check_xml(&svg(&["--curve", &long]));
 }
@@ -274,7 +267,7 @@ fn what_is_wrong_is_said_in_one_line() {
         fails("pplot", &["--chart", &make("bad.csv", text), "--x", "a", "--y", "b"], b"", 1, word);
     }
     fails("pplot", &["--curve", "/nowhere"], b"", 1, "No such file");
-    fails("pplot", &["--spectrum", "D66"], b"", 1, "did you mean");
+    fails("pplot", &["--spectrum", "cc_ohta_05_blue_flowr"], b"", 1, "did you mean");
     fails("pplot", &["--histogram", &data_path("display_readings.csv")], b"", 1, "display_readings.csv");
     fails("pplot", &[], b"", 1, "");
     let target = folder.path().join("x.jpg");

@@ -16,7 +16,7 @@ pub fn clean(chart: &Chart) -> Result<(Chart, Vec<String>)> {
         remark(&mut remarks, before - s.points.len(), &name, "that are not finite");
         let before = s.points.len();
         s.points.retain(|p| x.takes(p.0) && y.takes(p.1));
-        remark(&mut remarks, before - s.points.len(), &name, "that a logarithmic axis cannot show");
+        remark(&mut remarks, before - s.points.len(), &name, "that the axes cannot show");
     }
     chart.series.retain(|s| !s.points.is_empty());
     if let Some(bars) = &mut chart.bars {
@@ -25,8 +25,10 @@ pub fn clean(chart: &Chart) -> Result<(Chart, Vec<String>)> {
         if height == Scale::Log {
             return invalid!("bars stand on zero, which a logarithmic axis does not have");
         }
-        let fits = |b: &(f64, f64, f64)| [b.0, b.1, b.2].iter().all(|v| v.is_finite()) && b.0 < b.1 && b.2 >= 0.0;
-        bars.list.retain(|b| fits(b) && x.takes(b.0));
+        let fits = |b: &(f64, f64, f64)| {
+            [b.0, b.1, b.2].iter().all(|v| v.is_finite()) && b.0 < b.1 && b.2 >= 0.0 && Scale::Linear.takes(b.2)
+        };
+        bars.list.retain(|b| fits(b) && x.takes(b.0) && x.takes(b.1));
         remark(&mut remarks, before - bars.list.len(), &printable(bars.name.as_bytes()), "that cannot be bars");
     }
     let empty = chart.bars.as_ref().is_none_or(|b| b.list.is_empty());

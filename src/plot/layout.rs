@@ -303,12 +303,13 @@ fn tick_length(tick: &Tick, s: f64) -> f64 {
 /// The range that was asked for, or the data's.
 fn settled(axis: &Axis, name: &str, data: (f64, f64)) -> Result<(f64, f64)> {
     let range = axis.range.unwrap_or(data);
-    if !(axis.scale.takes(range.0) && axis.scale.takes(range.1)) {
-        return usage!("the range {}:{} of the {name} axis must be above 0: it is logarithmic", range.0, range.1);
+    let (a, b) = range;
+    if axis.scale == Scale::Log && a.min(b) <= 0.0 {
+        return usage!("the range {a}:{b} of the {name} axis must be above 0: it is logarithmic");
     }
-    // What no floats can divide has no ticks.
-    if !(range.1 - range.0).is_finite() || range.1 - range.0 <= 1e-12 * range.0.abs().max(range.1.abs()) {
-        return usage!("the range {}:{} of the {name} axis cannot be drawn", range.0, range.1);
+    // What floats cannot divide has no ticks.
+    if !(axis.scale.takes(a) && axis.scale.takes(b) && b - a > 1e-12 * a.abs().max(b.abs())) {
+        return usage!("the range {a:e}:{b:e} of the {name} axis is too narrow, or beyond 1e100");
     }
     Ok(range)
 }

@@ -72,7 +72,7 @@ pub struct Bars {
 
 impl Chart {
     /// Lays the chart out on a sheet of `width` x `height` pixels. Returns also remarks on what could not be drawn: numbers
-    /// that are not finite, and what is not positive on a logarithmic axis.
+    /// that are not finite or beyond 1e100, and what is not positive on a logarithmic axis.
     ///
     /// ```
     /// use luxpipe::plot::{Chart, Series};

@@ -10,10 +10,13 @@ pub enum Scale {
     Log,
 }
 
+/// What no axis goes beyond: sums and ratios of such numbers are finite.
+const LARGEST: f64 = 1e100;
+
 impl Scale {
-    /// The value has a place on such an axis.
+    /// The value has a place on such an axis; numbers beyond 1e100 have none.
     pub fn takes(self, value: f64) -> bool {
-        value.is_finite() && (self == Scale::Linear || value > 0.0)
+        value.abs() <= LARGEST && (self == Scale::Linear || value >= 1.0 / LARGEST)
     }
 
     fn warp(self, value: f64) -> f64 {
@@ -138,7 +141,7 @@ pub fn rounded(scale: Scale, range: (f64, f64), count: usize) -> (f64, f64) {
             let low = around(a).filter(|v| *v <= a * (1.0 + 1e-9)).last();
             let high = around(b).find(|v| *v >= b * (1.0 - 1e-9));
             let ends = (low.unwrap_or(a), high.unwrap_or(b));
-            if ends.0 > 0.0 && ends.1.is_finite() { ends } else { range }
+            if scale.takes(ends.0) && scale.takes(ends.1) { ends } else { range }
         }
     }
 }
@@ -150,7 +153,7 @@ pub fn aired(scale: Scale, range: (f64, f64), data: (f64, f64)) -> (f64, f64) {
     let kept = |end: f64| scale == Scale::Linear && end == 0.0;
     let low = if scale.warp(data.0) - a < 0.5 * air && !kept(range.0) { scale.unwarp(a - air) } else { range.0 };
     let high = if b - scale.warp(data.1) < 0.5 * air && !kept(range.1) { scale.unwarp(b + air) } else { range.1 };
-    if scale.takes(low) && high.is_finite() { (low, high) } else { range }
+    if scale.takes(low) && scale.takes(high) { (low, high) } else { range }
 }
 
 /// A range that has a width, about one that has none.
