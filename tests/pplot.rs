@@ -145,7 +145,7 @@ fn a_histogram_counts_pixels() {
     let map = file(folder.path(), "print.map", "1 1\n1000 100\n");
     let ready = file(folder.path(), "ready.txt", "-0.5 1\n0.5 3\n1.5 0\n2.5 4\n");
     let text = svg(&["--curve", &map, "--histogram", &ready]);
-    assert!(texts(&text).contains(&"share in each step (%)") && !elements(&text, "second-tick").is_empty());
+    assert!(texts(&text).contains(&"counts in each step (%)") && !elements(&text, "second-tick").is_empty());
     let (one, two) = (tick(&text, "x", "1.0"), tick(&text, "x", "2.0"));
     let drawn = line(&text, 0);
     assert!(
@@ -153,6 +153,8 @@ fn a_histogram_counts_pixels() {
         "{drawn:?}"
     );
     assert_eq!(stdout_of("pplot", &["--histogram", "-"], &picture), stdout_of("pplot", &[], &picture));
+    let piped = stdout_of("pplot", &["--curve", &map, "--histogram", "-"], &fs::read(&ready).unwrap());
+    assert!(String::from_utf8(piped).unwrap() == text);
 }
 
 #[test]

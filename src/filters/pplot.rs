@@ -1,6 +1,5 @@
 //! pplot: charts of tone curves, luminance histograms, spectra and tables, as SVG or PNG; Figures 6 to 8 of [Ward 2001].
 
-use std::fs::File;
 use std::io::{Read as _, Write as _};
 use std::path::Path;
 
@@ -17,7 +16,8 @@ use crate::scene::spectrum_key::SpectrumKey;
 use crate::spectral::{Spectrum, builtin};
 use crate::stream::meaning::Overrides;
 use crate::stream::output::Output;
-use crate::stream::{Block, Picture, Units, reader, tristimulus};
+use crate::stream::reader::Input;
+use crate::stream::{Block, Picture, Units, tristimulus};
 use crate::{Error, Result, clap_defaults, codec, invalid, usage};
 
 /// Kinds of file.
@@ -37,8 +37,8 @@ pub struct Pplot {
     /// Draw a tone curve as pcond -x writes it, lines of world and display luminance in cd/m2; once for each curve
     #[arg(long, value_name = "[NAME=]FILE")]
     pub curve: Vec<String>,
-    /// Draw a luminance histogram behind the curves: of a picture ('-' is standard input), or ready as lines of log10
-    /// luminance and count
+    /// Draw a luminance histogram behind the curves: of a picture, or ready as lines of log10 luminance and count; '-' is
+    /// standard input
     #[arg(long, value_name = "FILE")]
     pub histogram: Option<String>,
     /// Draw a spectrum: a built-in name such as D65, or a file of lines wavelength_nm,value; once for each
@@ -112,10 +112,9 @@ pplot --chart error_time.csv --x seconds --y error --log error_time.svg";
     const FORMATS: bool = false;
     const SIGNS: bool = false;
 
-    /// Standard input is a picture when its histogram is wanted, or nothing else is.
+    /// Standard input is a picture when nothing is named.
     fn reads(&self) -> bool {
-        let others = [&self.curve, &self.spectrum, &self.chart].iter().any(|list| !list.is_empty());
-        self.histogram.as_deref().map_or(!others, |name| name == "-")
+        self.histogram.is_none() && [&self.curve, &self.spectrum, &self.chart].iter().all(|list| list.is_empty())
     }
 
     fn start(self, input: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
@@ -156,21 +155,25 @@ fn named(word: &str) -> (String, &str) {
     }
 }
 
-/// A file of numbers as text.
-fn read(name: &str) -> Result<String> {
-    let failed = |e| Error::io(printable(name.as_bytes()), e);
-    let mut text = Vec::new();
-    File::open(name).and_then(|f| f.take(LONGEST + 1).read_to_end(&mut text)).map_err(failed)?;
-    if text.len() as u64 > LONGEST {
-        return invalid!("{}: longer than {} MB", printable(name.as_bytes()), LONGEST >> 20);
-    }
-    String::from_utf8(text).map_err(|_| Error::Invalid(format!("{}: not a text", printable(name.as_bytes()))))
+/// A file to read; '-' is standard input.
+fn open(name: &str) -> Result<Input> {
+    Input::open(Some(Path::new(name)))
 }
 
-/// A file of numbers as what `parse` makes of it.
-fn read_as<T>(name: &str, parse: impl FnOnce(&str) -> Result<T>) -> Result<T> {
-    let text = read(name)?;
-    parse(&text).map_err(|e| e.within(&printable(name.as_bytes())))
+/// Numbers as text.
+fn read(input: Input) -> Result<String> {
+    let (mut text, name) = (Vec::new(), input.name);
+    input.bytes.take(LONGEST + 1).read_to_end(&mut text).map_err(|e| Error::io(name.clone(), e))?;
+    if text.len() as u64 > LONGEST {
+        return invalid!("{name}: longer than {} MB", LONGEST >> 20);
+    }
+    String::from_utf8(text).map_err(|_| Error::Invalid(format!("{name}: not a text")))
+}
+
+/// Numbers as what `parse` makes of them.
+fn read_as<T>(input: Input, parse: impl FnOnce(&str) -> Result<T>) -> Result<T> {
+    let name = input.name.clone();
+    parse(&read(input)?).map_err(|e| e.within(&name))
 }
 
 impl Pplot {
@@ -190,7 +193,7 @@ impl Pplot {
         let mut chart = Chart::default();
         for word in &self.curve {
             let (name, file) = named(word);
-            let mut points = read_as(file, data::curve)?;
+            let mut points = read_as(open(file)?, data::curve)?;
             let largest = points.iter().map(|p| p.1).filter(|l| l.is_finite()).fold(0.0, f64::max);
             let full = self.ldmax.unwrap_or(largest);
             if full <= 0.0 {
@@ -204,32 +207,31 @@ impl Pplot {
         let world = if in_log10 { "log₁₀ of world luminance (cd/m²)" } else { "world luminance (cd/m²)" };
         chart.x = Axis { label: world.into(), scale: log(!in_log10 && !even), range: self.zoom.map(|z| (0.0, z)) };
         chart.y = Axis { label: "display value (fraction of maximum)".into(), scale: log(!even), range: None };
-        if let Some((mut list, name)) = bars {
+        if let Some(mut bars) = bars {
             if !in_log10 {
-                list.iter_mut().for_each(|b| (b.0, b.1) = (10f64.powf(b.0), 10f64.powf(b.1)));
+                bars.list.iter_mut().for_each(|b| (b.0, b.1) = (10f64.powf(b.0), 10f64.powf(b.1)));
             }
-            let share = Axis { label: "share in each step (%)".into(), ..Axis::default() };
-            match chart.series.is_empty() {
-                true => chart.y = share,
-                false => chart.second = Some(share),
+            let share = Axis { label: format!("{} in each step (%)", bars.name), ..Axis::default() };
+            if chart.series.is_empty() {
+                bars.name.clear();
+                chart.y = share;
+            } else {
+                chart.second = Some(share);
             }
-            chart.bars = Some(Bars { name: if chart.series.is_empty() { String::new() } else { name }, list });
+            chart.bars = Some(bars);
         }
         Ok(chart)
     }
 
     /// A histogram from a file: ready, or a picture's.
-    fn named_histogram(&self, name: &str, run: &Run) -> Result<(Vec<(f64, f64, f64)>, String)> {
-        let failed = |e| Error::io(printable(name.as_bytes()), e);
-        let mut start = Vec::new();
-        File::open(name).and_then(|f| f.take(4096).read_to_end(&mut start)).map_err(failed)?;
-        if data::is_histogram(&start) {
-            return Ok((read_as(name, data::histogram)?, "histogram".into()));
+    fn named_histogram(&self, name: &str, run: &Run) -> Result<Bars> {
+        let mut input = open(name)?;
+        if data::is_histogram(&input.peek(4096)?) {
+            return Ok(Bars { name: "counts".into(), list: read_as(input, data::histogram)? });
         }
-        let (overrides, limits) = (Overrides::default(), run.options.limits());
+        let (overrides, limits, name) = (Overrides::default(), run.options.limits(), input.name.clone());
         let reading = Reading { overrides: &overrides, limits: &limits, notes: &run.notes };
-        let picture = codec::open(reader::Input::open(Some(Path::new(name)))?, &reading)?;
-        luminances(picture, run).map_err(|e| e.within(&printable(name.as_bytes())))
+        luminances(codec::open(input, &reading)?, run).map_err(|e| e.within(&name))
     }
 
     fn spectra(&self) -> Result<Chart> {
@@ -238,7 +240,7 @@ impl Pplot {
         for word in &self.spectrum {
             let (name, source) = named(word);
             let (spectrum, text) = if source.to_ascii_lowercase().ends_with(".csv") {
-                let text = read(source)?;
+                let text = read(open(source)?)?;
                 (Spectrum::from_csv(&text).map_err(|e| e.within(&printable(source.as_bytes())))?, text)
             } else {
                 let text = builtin::text(source).unwrap_or("").to_string();
@@ -264,7 +266,7 @@ impl Pplot {
         for word in &self.chart {
             let (file_name, file) = named(word);
             let file_shown = printable(file.as_bytes());
-            let table = read_as(file, Table::parse)?;
+            let table = read_as(open(file)?, Table::parse)?;
             let within = |e: Error| e.within(&file_shown);
             let mut free = table.names().iter().filter(|n| Some(*n) != self.by.as_ref() && Some(*n) != self.x.as_ref());
             let two = || Error::Invalid(format!("{file_shown}: expected at least two columns"));
@@ -321,8 +323,8 @@ impl Pplot {
     }
 }
 
-/// Bars of a picture's luminances, log10 cd/m2 and percent of its pixels, and their name.
-fn luminances(picture: Box<dyn Picture>, run: &Run) -> Result<(Vec<(f64, f64, f64)>, String)> {
+/// Bars of a picture's luminances: log10 cd/m2 and percent of its pixels.
+fn luminances(picture: Box<dyn Picture>, run: &Run) -> Result<Bars> {
     if picture.header().units != Units::CdM2 {
         return invalid!(
             "expected scene light in cd/m2 for its histogram, the picture is in {}",
@@ -334,12 +336,12 @@ fn luminances(picture: Box<dyn Picture>, run: &Run) -> Result<(Vec<(f64, f64, f6
     while picture.next(&mut block)? {
         block.data.chunks_exact(3).for_each(|pixel| found.add(pixel[1]));
     }
-    let bars = found.bars();
-    if bars.is_empty() {
+    let list = found.bars();
+    if list.is_empty() {
         return invalid!("the picture is black: it has no luminance to count");
     }
     if found.dark > 0 {
         run.notes.add(format!("{} pixels have no luminance and are in no step", found.dark));
     }
-    Ok((bars, "pixels".into()))
+    Ok(Bars { name: "pixels".into(), list })
 }

@@ -1,7 +1,7 @@
 //! What of a chart's data can be drawn.
 
 use crate::error::printable;
-use crate::plot::{Chart, Scale};
+use crate::plot::{Bar, Chart, Scale};
 use crate::{Result, invalid};
 
 /// The chart with what can be drawn, and remarks on the rest. A chart with nothing left is an error.
@@ -25,7 +25,7 @@ pub fn clean(chart: &Chart) -> Result<(Chart, Vec<String>)> {
         if height == Scale::Log {
             return invalid!("bars stand on zero, which a logarithmic axis does not have");
         }
-        let fits = |b: &(f64, f64, f64)| {
+        let fits = |b: &Bar| {
             [b.0, b.1, b.2].iter().all(|v| v.is_finite()) && b.0 < b.1 && b.2 >= 0.0 && Scale::Linear.takes(b.2)
         };
         bars.list.retain(|b| fits(b) && x.takes(b.0) && x.takes(b.1));

@@ -1,6 +1,7 @@
 //! What charts are drawn from: tone curves, histograms of log luminance, tables of named columns.
 
 use crate::error::printable;
+use crate::plot::Bar;
 use crate::{Error, Result, invalid};
 
 /// Lines with something on them and their numbers from 1; what begins with # is a comment.
@@ -38,7 +39,7 @@ pub fn is_histogram(start: &[u8]) -> bool {
 
 /// Bars of a ready histogram: lines of log10 luminance (the middle of a step) and count, in even steps. Left end and right
 /// end in log10 cd/m2, height in percent of all counts.
-pub fn histogram(text: &str) -> Result<Vec<(f64, f64, f64)>> {
+pub fn histogram(text: &str) -> Result<Vec<Bar>> {
     let rows = pairs(text, "log10 luminance and a count, two numbers")?;
     let [first, second, ..] = rows[..] else { return invalid!("a histogram needs at least two lines") };
     let step = second.0 - first.0;
@@ -90,7 +91,7 @@ impl Luminances {
     }
 
     /// From the first step with a pixel in it to the last, as [`histogram`] gives them; none without any pixel.
-    pub fn bars(&self) -> Vec<(f64, f64, f64)> {
+    pub fn bars(&self) -> Vec<Bar> {
         let total: u64 = self.counts.iter().sum();
         let filled = |n: &u64| *n > 0;
         let (Some(first), Some(last)) = (self.counts.iter().position(filled), self.counts.iter().rposition(filled))

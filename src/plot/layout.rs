@@ -4,7 +4,7 @@ use crate::plot::font::Font;
 use crate::plot::legend::{Legend, Sign};
 use crate::plot::scale::{Ruler, Tick, aired, rounded, widened};
 use crate::plot::sheet::{Anchor, Colour, Frame, Point, Shape, Sheet};
-use crate::plot::{Axis, Chart, Scale, Series};
+use crate::plot::{Axis, Bar, Chart, Scale, Series};
 use crate::{Result, invalid, usage};
 
 /// Words and axes.
@@ -15,7 +15,7 @@ pub const BARS: Colour = [214, 214, 214];
 pub const EDGE: Colour = [200, 200, 200];
 const GRID: Colour = [232, 232, 232];
 
-/// Okabe and Ito's colours without yellow, which white paper swallows.
+/// Colours of [Okabe 2008] without yellow, which white paper swallows.
 const COLOURS: [Colour; 7] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [0, 0, 0], [230, 159, 0], [86, 180, 233]];
 /// Dashes, parts of a line's width.
@@ -187,7 +187,7 @@ impl Layout<'_> {
     /// The corners of each bar within the frame, from the lower left one upward and round.
     fn bar_shapes(&self, axes: &Axes) -> Vec<Vec<Point>> {
         let (f, ruler) = (axes.frame, axes.second.as_ref().unwrap_or(&axes.y));
-        let shape = |(from, to, height): &(f64, f64, f64)| {
+        let shape = |(from, to, height): &Bar| {
             let across = |v: f64| axes.x.place(v).clamp(f.left, f.right);
             let up = |v: f64| ruler.place(v).clamp(f.top, f.bottom);
             let (left, right, top, bottom) = (across(*from), across(*to), up(*height), up(0.0));

@@ -1,7 +1,7 @@
 //! Charts: series of points and bars over two axes, linear or logarithmic, as SVG or PNG.
 //!
 //! A [`Chart`] says what to draw, in the data's own units; [`Chart::draw`] lays it out on a [`Sheet`] of lines and words in
-//! pixels, which [`Sheet::svg`] and [`Sheet::png`] write. Series differ in colour (Okabe and Ito's, safe for the colour-blind)
+//! pixels, which [`Sheet::svg`] and [`Sheet::png`] write. Series differ in colour ([Okabe 2008], safe for the colour-blind)
 //! and in dash, so that they are told apart in grey too.
 
 mod clean;
@@ -61,13 +61,16 @@ pub struct Series {
     pub marks: bool,
 }
 
+/// Left end, right end (in x) and height (in the unit of its axis) of a bar.
+pub type Bar = (f64, f64, f64);
+
 /// Bars that stand on zero.
 #[derive(Clone, Debug, Default)]
 pub struct Bars {
     /// For the legend.
     pub name: String,
-    /// Left end, right end (in x) and height (in the unit of its axis) of each, ascending.
-    pub list: Vec<(f64, f64, f64)>,
+    /// Ascending.
+    pub list: Vec<Bar>,
 }
 
 impl Chart {

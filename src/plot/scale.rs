@@ -138,7 +138,7 @@ pub fn rounded(scale: Scale, range: (f64, f64), count: usize) -> (f64, f64) {
         Scale::Log => {
             let all = |e: i32| [1, 2, 5].map(|d| power(d, e));
             let around = |v: f64| (v.log10().floor() as i32 - 1..=v.log10().floor() as i32 + 1).flat_map(all);
-            let low = around(a).filter(|v| *v <= a * (1.0 + 1e-9)).last();
+            let low = around(a).rfind(|v| *v <= a * (1.0 + 1e-9));
             let high = around(b).find(|v| *v >= b * (1.0 - 1e-9));
             let ends = (low.unwrap_or(a), high.unwrap_or(b));
             if scale.takes(ends.0) && scale.takes(ends.1) { ends } else { range }

@@ -121,7 +121,7 @@ impl Frame {
         p.0 >= self.left && p.0 <= self.right && p.1 >= self.top && p.1 <= self.bottom
     }
 
-    /// Some of a segment is within [Liang and Barsky]: the part that is.
+    /// Some of a segment is within [Liang 1984]: the part that is.
     pub fn part(&self, a: Point, b: Point) -> Option<(Point, Point)> {
         let (dx, dy) = (b.0 - a.0, b.1 - a.1);
         let (mut from, mut to) = (0.0f64, 1.0f64);
