@@ -73,9 +73,12 @@ impl Ruler {
 
     fn even(&self, count: usize) -> Vec<Tick> {
         let (a, b) = self.range;
-        let step = nice_step((b - a) / count.max(1) as f64);
         let slack = 1e-9 * (b - a);
-        let (first, last) = (((a - slack) / step).ceil(), ((b + slack) / step).floor());
+        let steps = (count.max(1)..).map(|n| nice_step((b - a) / n as f64));
+        let ends = |step: f64| (((a - slack) / step).ceil(), ((b + slack) / step).floor());
+        // Two numbers at least: one says nothing of the scale.
+        let step = steps.take(20).find(|step| ends(*step).1 - ends(*step).0 >= 1.0).unwrap_or(b - a);
+        let (first, last) = ends(step);
         let ticks = (0..=(last - first).clamp(0.0, 200.0) as u32).map(|i| {
             let value = (first + f64::from(i)) * step;
             Tick { value, label: Some(number(value, step)) }
@@ -84,34 +87,39 @@ impl Ruler {
     }
 
     fn decades(&self, count: usize) -> Vec<Tick> {
-        let (low, high) = (self.range.0.log10(), self.range.1.log10());
-        let span = high - low;
-        if span < 0.5 {
-            return self.even(count);
-        }
-        let slack = 1e-9 * span.max(1.0);
-        let shown = |v: f64| v.log10() >= low - slack && v.log10() <= high + slack;
+        let span = self.range.1.log10() - self.range.0.log10();
         let every = (span / count.max(1) as f64).ceil().max(1.0) as i32;
-        // Few decades leave room for 2 and 5.
-        let steps: &[u32] = if span <= 1.05 && count >= 6 {
-            &[1, 2, 3, 5]
+        // Few decades leave room for numbers between them.
+        let digits: &[&[u32]] = if span < 0.5 {
+            &[]
+        } else if span <= 1.05 && count >= 6 {
+            &[&[1, 2, 3, 5]]
         } else if span * 3.0 <= count as f64 + 0.5 {
-            &[1, 2, 5]
+            &[&[1, 2, 5]]
         } else {
-            &[1]
+            &[&[1], &[1, 2, 5]]
         };
+        let ticks = digits.iter().map(|d| self.decades_at(d, every, span <= MINOR_DECADES));
+        let tells = |ticks: &Vec<Tick>| ticks.iter().filter(|t| t.label.is_some()).count() >= 2;
+        ticks.into_iter().find(tells).unwrap_or_else(|| self.even(count))
+    }
+
+    /// Ticks with numbers at these digits of each `every`th decade; without, at the others.
+    fn decades_at(&self, digits: &[u32], every: i32, minor: bool) -> Vec<Tick> {
+        let (low, high) = (self.range.0.log10(), self.range.1.log10());
+        let slack = 1e-9 * (high - low).max(1.0);
         let mut ticks = Vec::new();
         for exponent in low.floor() as i32..=high.ceil() as i32 {
             for digit in 1..10u32 {
                 let value = power(digit, exponent);
-                let main = digit == 1 || every == 1;
-                let label = main && steps.contains(&digit) && exponent.rem_euclid(every) == 0;
-                if shown(value) && (label || digit == 1 || span <= MINOR_DECADES) {
+                let label = digits.contains(&digit) && exponent.rem_euclid(every) == 0;
+                let shown = value.log10() >= low - slack && value.log10() <= high + slack;
+                if shown && (label || digit == 1 || minor) {
                     ticks.push(Tick { value, label: label.then(|| decade_number(digit, exponent)) });
                 }
             }
         }
-        if ticks.iter().any(|t| t.label.is_some()) { ticks } else { self.even(count) }
+        ticks
     }
 }
 
@@ -227,7 +235,8 @@ mod tests {
         assert_eq!(labels(Scale::Log, (0.01, 1e4), 8), ["0.01", "0.1", "1", "10", "100", "1000", "10⁴"]);
         assert_eq!(labels(Scale::Log, (1e-9, 1e9), 6), ["10⁻⁹", "10⁻⁶", "0.001", "1", "1000", "10⁶", "10⁹"]);
         assert_eq!(labels(Scale::Log, (1.0, 100.0), 6), ["1", "2", "5", "10", "20", "50", "100"]);
-        assert_eq!(labels(Scale::Log, (0.99, 1.01), 4), ["0.99", "1.00", "1.01"].map(String::from));
+        assert_eq!(labels(Scale::Log, (0.99, 1.01), 4), ["0.990", "0.995", "1.000", "1.005", "1.010"]);
+        assert_eq!(labels(Scale::Log, (0.5, 5.0), 2), ["0.5", "1", "2", "5"]);
     }
 
     proptest! {
