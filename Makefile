@@ -106,13 +106,13 @@ $(TONE)/figure5.png: $(TONE)/tower-print.lux
 	$(BIN)/pcond $(PRINT) $< | $(BIN)/xyz2rgb --display print --gamut compress | $(BIN)/ra_png --display print - $@
 
 $(TONE)/figure6.svg $(TONE)/figure6.png: $(MAPS) $(BIN)/luxpipe
-	$(BIN)/pplot $(NAMED) --x-range 0.5:30000 $@
+	$(BIN)/pplot $(NAMED) --x-range 1:30000 $@
 
 $(TONE)/figure7.svg $(TONE)/figure7.png: $(MAPS) $(BIN)/luxpipe
 	$(BIN)/pplot $(NAMED) --zoom 200 $@
 
 $(TONE)/figure8.svg $(TONE)/figure8.png: $(TONE)/print.map $(TONE)/tower.lux $(BIN)/luxpipe
-	$(BIN)/pplot --curve "print=$(TONE)/print.map" --histogram $(TONE)/tower.lux --x-range -0.5:4.5 $@
+	$(BIN)/pplot --curve "print=$(TONE)/print.map" --histogram $(TONE)/tower.lux --x-range 0:4.5 $@
 
 # What the gamut methods and intents of xyz2rgb do to colours outside, as Markdown.
 intents:
