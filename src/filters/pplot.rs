@@ -104,10 +104,11 @@ const LONGEST: u64 = 64 << 20;
 impl Filter for Pplot {
     const NAME: &'static str = "pplot";
     const ABOUT: &'static str = "Draw tone curves, luminance histograms, spectra and tables as SVG or PNG; a picture's histogram when nothing is named";
-    const EXAMPLE: &'static str = "pcond -x adjusted.map tests/data/radiance_office.hdr | pplot > histogram.svg
+    const EXAMPLE: &'static str = "pcond -x adjusted.map tests/data/radiance_office.hdr > /dev/null
 pplot --curve adjusted.map --histogram tests/data/radiance_office.hdr curve.png
 pplot --spectrum D65 --spectrum lamp=FL11 lamps.svg
-pplot --chart error_time.csv --x seconds --y error --log error_time.svg";
+pplot --chart tests/data/display_readings.csv --x g --y Y --log readings.svg
+pplot < tests/data/radiance_office.hdr > histogram.svg";
     const READS: bool = false;
     const FORMATS: bool = false;
     const SIGNS: bool = false;
