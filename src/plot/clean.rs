@@ -41,6 +41,7 @@ pub fn clean(chart: &Chart) -> Result<(Chart, Vec<String>)> {
 
 fn remark(remarks: &mut Vec<String>, count: usize, name: &str, what: &str) {
     if count > 0 {
-        remarks.push(format!("{name}: left out {count} points {what}"));
+        let of = if name.is_empty() { String::new() } else { format!("{name}: ") };
+        remarks.push(format!("{of}left out {count} points {what}"));
     }
 }
