@@ -9,7 +9,7 @@ FUZZ_TARGETS := $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
 FUZZ_SECONDS ?= 60
 FUZZ_LIMITS := -rss_limit_mb=512 -timeout=10 -max_len=65536
 
-.PHONY: all demo test lint fuzz bench man paper-colour paper-encodings intents install clean
+.PHONY: all demo test lint fuzz bench man paper-colour paper-encodings paper-tone intents install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -20,7 +20,7 @@ demo: all
 	@ls -l $(PICTURES)
 
 # A picture is rebuilt when its pipeline, a scene, a spectrum or the program changed.
-out/%.png: pipelines/%.toml $(wildcard scenes/*.toml) $(wildcard spectra/*.csv) $(BIN)/luxpipe
+out/%.png: pipelines/%.toml $(wildcard scenes/*.toml scenes/*/*.obj) $(wildcard spectra/*.csv) $(BIN)/luxpipe
 	@mkdir -p out
 	$(BIN)/luxpipe $<
 
@@ -59,6 +59,60 @@ paper-encodings:
 docs/encodings.md: examples/paper_encodings.rs $(wildcard examples/encodings/*) benches/picture/mod.rs
 	$(MAKE) --no-print-directory --silent paper-encodings > $@.part
 	mv $@.part $@
+
+# The paper's Figures 3 to 8 from one render of the control tower: out/paper/tone.html shows them side by side.
+TONE := out/paper
+TONE_SAMPLES ?= 256
+LINEAR ?= -l
+VISIBILITY ?= -h
+PRINT ?= --print --display print
+NAMED = --curve "linear, clamped=$(TONE)/linear.map" --curve "visibility=$(TONE)/visibility.map" --curve "print=$(TONE)/print.map"
+MAPS := $(TONE)/linear.map $(TONE)/visibility.map $(TONE)/print.map
+
+paper-tone: $(TONE)/tone.html
+	@ls -l $(TONE)
+
+$(TONE)/tone.html: docs/tone-figures.html $(patsubst %,$(TONE)/figure%.png,3 4 5 6 7 8) $(patsubst %,$(TONE)/figure%.svg,6 7 8)
+	cp $< $@
+
+# The master, and what the three operators see of it.
+$(TONE)/tower.tif: scenes/tower.toml $(wildcard scenes/tower/*.obj spectra/*.csv) $(BIN)/luxpipe
+	@mkdir -p $(TONE)
+	$(BIN)/spectrace --samples $(TONE_SAMPLES) $< | $(BIN)/ra_loglv - $@
+
+$(TONE)/tower.lux: $(TONE)/tower.tif
+	$(BIN)/vonkries --to D65 $< $@
+
+$(TONE)/tower-print.lux: $(TONE)/tower.tif
+	$(BIN)/vonkries --display print $< $@
+
+$(TONE)/linear.map: $(TONE)/tower.lux
+	$(BIN)/pcond $(LINEAR) -x $@ $< > /dev/null
+
+$(TONE)/visibility.map: $(TONE)/tower.lux
+	$(BIN)/pcond $(VISIBILITY) -x $@ $< > /dev/null
+
+$(TONE)/print.map: $(TONE)/tower-print.lux
+	$(BIN)/pcond $(PRINT) -x $@ $< > /dev/null
+
+$(TONE)/figure3.png: $(TONE)/tower.lux
+	$(BIN)/pcond $(LINEAR) $< | $(BIN)/xyz2rgb --gamut compress | $(BIN)/ra_png - $@
+
+$(TONE)/figure4.png: $(TONE)/tower.lux
+	$(BIN)/pcond $(VISIBILITY) $< | $(BIN)/xyz2rgb --gamut compress | $(BIN)/ra_png - $@
+
+# Codes for the print's own primaries and white, which the PNG states.
+$(TONE)/figure5.png: $(TONE)/tower-print.lux
+	$(BIN)/pcond $(PRINT) $< | $(BIN)/xyz2rgb --display print --gamut compress | $(BIN)/ra_png --display print - $@
+
+$(TONE)/figure6.svg $(TONE)/figure6.png: $(MAPS) $(BIN)/luxpipe
+	$(BIN)/pplot $(NAMED) --x-range 1:30000 $@
+
+$(TONE)/figure7.svg $(TONE)/figure7.png: $(MAPS) $(BIN)/luxpipe
+	$(BIN)/pplot $(NAMED) --zoom 200 $@
+
+$(TONE)/figure8.svg $(TONE)/figure8.png: $(TONE)/print.map $(TONE)/tower.lux $(BIN)/luxpipe
+	$(BIN)/pplot --curve "print=$(TONE)/print.map" --histogram $(TONE)/tower.lux --x-range 0:4.5 $@
 
 # What the gamut methods and intents of xyz2rgb do to colours outside, as Markdown.
 intents:

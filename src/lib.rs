@@ -16,6 +16,7 @@
 //! | [`chart`] | numbers as pictures: palettes, contours, legends |
 //! | [`codec`] | file formats other than the stream's own |
 //! | [`tone`] | from world luminance to the display's |
+//! | [`plot`] | charts as SVG and PNG |
 //! | [`scene`] | scenes as TOML, shapes, materials, lights, cameras |
 //! | [`render`] | Eq. (1) by path tracing |
 //! | [`filter`], [`filters`] | what a filter is, and the filters |
@@ -39,6 +40,9 @@
 //! - [Urena 2013] C. Urena, M. Fajardo, A. King, *An Area-Preserving Parametrization for Spherical Rectangles*, EGSR 2013.
 //! - [Burley 2020] B. Burley, *Practical Hash-based Owen Scrambling*, JCGT 9(4), 2020.
 //! - [Sharma 2005] G. Sharma, W. Wu, E. Dalal, *The CIEDE2000 Color-Difference Formula*, Color Res. Appl. 30(1), 2005.
+//! - [Okabe 2008] M. Okabe, K. Ito, *Color Universal Design: how to make figures and presentations that are friendly to colorblind
+//!   people*, 2008.
+//! - [Liang 1984] Y. Liang, B. Barsky, *A New Concept and Method for Line Clipping*, ACM Transactions on Graphics 3(1), 1984.
 //! - [Ottosson 2020] B. Ottosson, *A perceptual color space for image processing*, 2020.
 //! - [Li 2000] C. Li, M. R. Luo, B. Rigg, *Simplification of the CMCCAT97*, IS&T/SID 8th Color Imaging Conference, 2000.
 //! - [Mantiuk 2021] R. Mantiuk, M. Azimi, *PU21: A novel perceptually uniform encoding for adapting existing quality metrics
@@ -84,6 +88,7 @@ pub mod notes;
 pub mod options;
 pub mod parallel;
 pub mod pipeline;
+pub mod plot;
 pub mod render;
 pub mod scene;
 pub mod simd;

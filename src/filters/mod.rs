@@ -7,6 +7,7 @@ mod pdisplay;
 mod pglare;
 mod picinfo;
 mod plocal;
+mod pplot;
 mod ra_exr;
 mod ra_loglv;
 mod ra_pfm;
@@ -26,6 +27,7 @@ pub use pdisplay::Pdisplay;
 pub use pglare::Pglare;
 pub use picinfo::Picinfo;
 pub use plocal::Plocal;
+pub use pplot::Pplot;
 pub use ra_exr::RaExr;
 pub use ra_loglv::RaLoglv;
 pub use ra_pfm::RaPfm;
@@ -111,4 +113,5 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Pdisplay>::NEW,
     &Entry::<Pglare>::NEW,
     &Entry::<Falsecolor>::NEW,
+    &Entry::<Pplot>::NEW,
 ];

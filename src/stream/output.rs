@@ -73,6 +73,14 @@ impl Output {
         Ok(())
     }
 
+    /// Suffix of the file's name in small letters, without its dot; none of a stream, or of a name without one.
+    pub fn suffix(&self) -> Option<String> {
+        match &self.target {
+            Target::File(_, path) => path.extension().map(|s| s.to_string_lossy().to_lowercase()),
+            Target::Stream(_) => None,
+        }
+    }
+
     /// What the system last refused here, if it did.
     pub fn failure(&self) -> Option<Error> {
         let (name, kind, code) = self.failure.clone()?;
