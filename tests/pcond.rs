@@ -274,3 +274,207 @@ fn no_map_has_a_cliff() {
     );
     assert!(worst.iter().all(|w| *w <= 0.1), "{worst:?}");
 }
+
+/// Degenerate pictures give finite pictures on the display, and say what was replaced.
+#[test]
+fn degenerate_pictures() {
+    let (nan, inf) = (f32::NAN, f32::INFINITY);
+    let cases: [(&str, usize, usize, Vec<f32>, bool); 9] = [
+        ("constant", 8, 8, vec![42.0; 192], false),
+        ("black", 8, 8, vec![0.0; 192], true),
+        ("one pixel", 1, 1, vec![3.0, 2.0, 1.0], false),
+        ("not a number", 2, 1, vec![nan, nan, nan, 1.0, 1.0, 1.0], true),
+        ("infinite", 2, 1, vec![inf, inf, inf, 1.0, 1.0, 1.0], true),
+        ("all infinite", 1, 1, vec![inf; 3], true),
+        ("negative", 2, 2, vec![-1.0, -2.0, -3.0, 1.0, 1.0, 1.0, 5.0, 5.0, 5.0, 1.0, -1.0, 1.0], false),
+        ("far apart", 2, 1, vec![1e-6, 1e-6, 1e-6, 1e8, 1e8, 1e8], false),
+        ("no X", 2, 1, vec![0.0, 0.1, 0.1, 1.0, 1.0, 1.0], false),
+    ];
+    let options: [&[&str]; 9] = [
+        &[],
+        &["-h"],
+        &["-s"],
+        &["-l"],
+        &["--classic", "-h"],
+        &["--print"],
+        &["--goal", "colour"],
+        &["-h", "--glare", "cie", "--age", "70"],
+        &["--surround", "dark", "--goal", "visibility"],
+    ];
+    for (name, width, height, pixels, noted) in &cases {
+        let input = xyz(*width, *height, VIEW, pixels);
+        for args in options {
+            let out = run("pcond", args, &input);
+            let said = String::from_utf8_lossy(&out.stderr).into_owned();
+            if args.contains(&"colour") && out.status.code() == Some(1) {
+                assert!(["black", "all infinite"].contains(name) || said.contains("no pixel"), "{name}: {said}");
+                continue;
+            }
+            assert!(out.status.success(), "{name} {args:?}: {said}");
+            let all = floats(split(&out.stdout).2);
+            let luminances = all.iter().skip(1).step_by(3);
+            assert!(all.iter().all(|x| x.is_finite()), "{name} {args:?}: {all:?}");
+            if !args.contains(&"-l") {
+                assert!(luminances.clone().all(|y| (..=1.0001).contains(y)), "{name} {args:?}: {all:?}");
+            }
+            assert!(!noted || !said.is_empty(), "{name} {args:?} says nothing");
+        }
+    }
+}
+
+/// The sun's disc is mapped, and darker things keep their order.
+#[test]
+fn the_sun_is_on_the_display() {
+    for args in [&[][..], &["-h"], &["-s"], &["--goal", "visibility"]] {
+        let (all, _) = pcond(args, &scene("sun"));
+        let ours = map(args, &scene("sun"));
+        assert!(ours[99].0 > 1.5e9f64.ln() - 0.2 && ours[99].1 <= 100f64.ln() + 1e-6, "{args:?} {:?}", ours[99]);
+        assert!(ours.windows(2).all(|p| p[0].1 <= p[1].1 + 1e-9));
+        assert!(all.iter().all(|x| *x <= 1.0001));
+    }
+}
+
+/// After `vonkries` rods still see the light that was there: the same picture as when pcond changes the white itself.
+#[test]
+fn rods_see_the_light_before_adaptation() {
+    // Paints under A, from 0.003 to 20 cd/m2.
+    let pixels: Vec<f32> = (0..80 * 40)
+        .flat_map(|i| {
+            let y = 10f32.powf(-2.5 + 3.8 * (i % 80) as f32 / 80.0);
+            let tint = [[1.0985, 0.35585], [1.4, 0.1], [0.8, 0.6], [0.9, 0.2]][(i / 80) % 4];
+            [tint[0] * y, y, tint[1] * y]
+        })
+        .collect();
+    let input = xyz(80, 40, VIEW, &pixels);
+    let adapted = stdout_of("vonkries", &["--from", "A", "--to", "D65"], &input);
+    for args in [&["-h"][..], &["-c"], &["-s", "-c", "--goal", "contrast"]] {
+        let (one, _) = pcond(args, &adapted);
+        let (two, _) = pcond(&[args, &["--white", "A"]].concat(), &input);
+        let worst = one.chunks(3).zip(two.chunks(3)).map(|(a, b)| {
+            let size = b[1].max(1e-3);
+            a.iter().zip(b).map(|(x, y)| (x - y).abs() / size).fold(0.0, f32::max)
+        });
+        let worst = worst.fold(0.0, f32::max);
+        println!("{args:?}: largest difference {worst:.5} of Y");
+        assert!(worst < 0.01, "{args:?}: {worst}");
+    }
+    // Under 0.00562 cd/m2 all is grey of the display's white.
+    let (night, _) = pcond(&["-c", "-e", "+8", "--white", "A"], &xyz(1, 1, VIEW, &[2e-3, 1e-3, 1e-4]));
+    assert!((night[0] / night[1] - 0.9505).abs() < 2e-3 && (night[2] / night[1] - 1.0891).abs() < 2e-3, "{night:?}");
+}
+
+/// A spectrum's rods are integrated: 1700 lm/W by V'(lambda).
+#[test]
+fn rods_of_a_spectrum_are_integrated() {
+    // A line of 5 nm at 505 nm, where rods are most sensitive, dim enough for rods alone.
+    let nm: Vec<String> = (0..81).map(|i| format!("{}", 380 + 5 * i)).collect();
+    let mut values = vec![0f32; 81];
+    values[25] = 1e-7; // W/sr/m2/nm at 505 nm, a hat of 5 nm
+    let lines = format!("NCOMP=81\nCOMPONENTS=SPECTRUM\nUNITS=W/sr/m2/nm\nWAVELENGTHS= {}", nm.join(" "));
+    let out = stdout_of("pcond", &["-c", "-e", "1"], &stream(&lines, "-Y 1 +X 1", &values));
+    let got = f64::from(floats(split(&out).2)[1]) * 179.0;
+    // V' is 0.998 at 505 nm and falls by about 2 % over 5 nm to each side.
+    let want = 1700.0 * 0.998 * 1e-7 * 5.0 / 2.26;
+    assert!((got / want - 1.0).abs() < 0.02, "{got} {want}");
+}
+
+/// Frames share a histogram, and a map follows the one before it.
+#[test]
+fn frames_share_a_map_and_change_slowly() {
+    let (one, two) = (scratch("one.lux"), scratch("two.lux"));
+    std::fs::write(&one, scene("ramp")).unwrap();
+    std::fs::write(&two, scene("window")).unwrap();
+    let (a, b) = (one.to_str().unwrap(), two.to_str().unwrap());
+    let histogram = stdout_of("picinfo", &["--histogram", "--also", b, "--", a], b"");
+    assert_eq!(String::from_utf8_lossy(&histogram).lines().count(), 100);
+    let file = scratch("shared.txt");
+    std::fs::write(&file, &histogram).unwrap();
+    let shared = map(&["--histogram", file.to_str().unwrap(), a], b"");
+    assert_eq!(shared, map(&["--histogram", file.to_str().unwrap(), b], b""));
+    // -I reads it from standard input, as Radiance's does.
+    let (piped, _) = pcond(&["-I", a], &histogram);
+    let (named, _) = pcond(&["--histogram", file.to_str().unwrap(), a], b"");
+    assert_eq!(piped, named);
+    fails("pcond", &["-I"], &histogram, 2, "standard input");
+    fails("picinfo", &["--histogram", a, b], b"", 2, "--also");
+    // A tenth of a stop a frame, then a limit that does not bind.
+    let before = scratch("before.map");
+    let path = before.to_str().unwrap();
+    pcond(&["-x", path], &scene("ramp"));
+    let previous = map(&[], &scene("ramp"));
+    let followed = map(&["--previous", path, "--rate", "0.1"], &scene("window"));
+    let free = map(&["--previous", path, "--rate", "100"], &scene("window"));
+    let alone = map(&[], &scene("window"));
+    for (x, y) in &followed {
+        if *x > previous[0].0 && *x < previous[99].0 {
+            assert!((y - at(&previous, *x)).abs() <= 0.1 * std::f64::consts::LN_2 + 2e-3);
+        }
+    }
+    assert!(followed.windows(2).all(|p| p[0].1 <= p[1].1 + 1e-9));
+    assert!(free.iter().zip(&alone).all(|(a, b)| (a.1 - b.1).abs() < 1e-6));
+    for f in [one, two, file, before] {
+        let _ = std::fs::remove_file(f);
+    }
+}
+
+/// What the eye and the device do changes the picture as it should.
+#[test]
+fn options_do_what_they_say() {
+    let (plain, _) = pcond(&[], &scene("window"));
+    // Surround: the share of white to the power 1.5, xy kept.
+    let (dark, _) = pcond(&["--surround", "dark"], &scene("window"));
+    for (p, d) in plain.iter().zip(&dark) {
+        assert!((p.powf(1.5) - d).abs() < 1e-4 * (1.0 + p), "{p} {d}");
+    }
+    // Radiance's primaries are RGB of a white of its own.
+    let (rgb, _) =
+        pcond("-p .64 .33 .29 .60 .15 .06 .3333 .3333".split(' ').collect::<Vec<_>>().as_slice(), &scene("window"));
+    assert!(plain.iter().zip(&rgb).all(|(a, b)| (a - b).abs() < 2e-3 * a.abs().max(0.01)), "greys of E stay");
+    // A fixation on the window takes the map there.
+    let file = scratch("look.txt");
+    let input = scratch("window.lux");
+    std::fs::write(&input, scene("window")).unwrap();
+    std::fs::write(&file, format!("{}\t{}\n", WIDTH * 7 / 10, HEIGHT / 2)).unwrap();
+    let (name, path) = (input.to_str().unwrap(), file.to_str().unwrap());
+    let looked = map(&["-i", "0.9", "--fixations", path, name], b"");
+    let slope = |m: &[(f64, f64)]| at(m, 8.9) - at(m, 8.5); // 4900 to 7300 cd/m2, the window
+    assert!(slope(&looked) > slope(&map(&[], &scene("window"))) + 0.05, "{}", slope(&looked));
+    let (piped, _) = pcond(&["-i", "0.9", name], &std::fs::read(&file).unwrap());
+    let (named, _) = pcond(&["-i", "0.9", "--fixations", path, name], b"");
+    assert_eq!(piped, named);
+    fails("pcond", &["-i", "0.5", name], b"5 900\n", 1, "line 1");
+    // Eyes that come from the sun see less of a room: fewer steps, a darker picture.
+    let bright = map(&["-s", "--adapted", "10000"], &scene("ramp"));
+    let rested = map(&["-s"], &scene("ramp"));
+    assert!(at(&bright, 3.0) < at(&rested, 3.0) - 0.3);
+    fails("pcond", &["--adapted", "100"], &scene("ramp"), 2, "-s");
+    fails("pcond", &["-m", "x"], &scene("ramp"), 2, "-m");
+    fails("pcond", &["--print", "--dmin", "3"], &scene("ramp"), 2, "--dmin");
+    // The age of the eye: an old one scatters more into the dark beside the window.
+    let dark_side = |args: &[&str]| pcond(args, &scene("window")).0[3 * (60 * WIDTH + 100) + 1];
+    let (young, old) =
+        (["-v", "-e", "1", "--glare", "cie", "--age", "20"], ["-v", "-e", "1", "--glare", "cie", "--age", "80"]);
+    assert!(dark_side(&old) > 1.3 * dark_side(&young));
+    // Threads do not matter.
+    for args in [&["-h"][..], &["--print"], &["--goal", "colour"]] {
+        let with = |n: &str| pcond(&[args, &["--threads", n]].concat(), &scene("window")).0;
+        assert_eq!(with("1"), with("3"), "{args:?}");
+    }
+    for f in [file, input] {
+        let _ = std::fs::remove_file(f);
+    }
+}
+
+/// A pipe is kept, a file read again: the same picture, and a spool where memory does not suffice.
+#[test]
+fn pipes_files_and_spools_agree() {
+    let file = scratch("two.lux");
+    std::fs::write(&file, scene("two")).unwrap();
+    for args in [&["-h"][..], &[], &["--print"]] {
+        let (piped, _) = pcond(args, &scene("two"));
+        let (read, _) = pcond(&[args, &[file.to_str().unwrap()]].concat(), b"");
+        let (spooled, said) = pcond(&[args, &["--memory", "1k"]].concat(), &scene("two"));
+        assert!(said.contains("spooled") && piped == read && piped == spooled, "{args:?}");
+    }
+    let _ = std::fs::remove_file(&file);
+}

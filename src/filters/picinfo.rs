@@ -1,18 +1,24 @@
 //! picinfo: what a picture is and what it holds.
 
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use serde::{Deserialize, Serialize};
 
 use crate::clap_defaults;
+use crate::codec::{self, Reading};
 use crate::color::{Primaries, Xy};
 use crate::error::printable;
 use crate::filter::{Filter, Product, Run};
 use crate::json::Json;
+use crate::options::ReadOptions;
+use crate::stream::meaning::Overrides;
 use crate::stream::output::Output;
-use crate::stream::{Block, Components, Header, Picture, Units};
-use crate::{Error, Result};
+use crate::stream::{Block, Components, Header, Picture, Units, reader, tristimulus};
+use crate::tone::Histogram;
+use crate::tone::fovea::{Attention, Cells, Means};
+use crate::{Error, Result, usage};
 
 /// Options of `picinfo`.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
@@ -21,6 +27,13 @@ pub struct Picinfo {
     /// Print one JSON object instead of text; what the picture does not have is null
     #[arg(long, help_heading = "Running")]
     pub json: bool,
+    /// Print instead the histogram that pcond would take, 100 lines of log10 luminance and weight, for pcond --histogram: half
+    /// the weight to the picture in cells of a degree, half to its pixels
+    #[arg(long, conflicts_with = "json")]
+    pub histogram: bool,
+    /// With --histogram: more pictures, such as the frames of a film, each of equal weight
+    #[arg(long, value_name = "FILE", num_args = 1.., value_hint = ValueHint::FilePath, requires = "histogram")]
+    pub also: Vec<PathBuf>,
 }
 clap_defaults!(Picinfo);
 
@@ -96,8 +109,25 @@ impl Filter for Picinfo {
     const FORMATS: bool = false;
     const SIGNS: bool = false;
 
-    fn start(self, input: Option<Box<dyn Picture>>, _: &Run) -> Result<Product> {
+    /// Who writes `picinfo --histogram one.hdr two.hdr`, as one would with Radiance's phisto, must not lose the second.
+    fn placed(&mut self, _: &ReadOptions, output: Option<&Path>) -> Result<()> {
+        match output.filter(|p| self.histogram && p.exists()) {
+            Some(p) => {
+                usage!("{} exists; name further pictures with --also", printable(p.as_os_str().as_encoded_bytes()))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn start(self, input: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
         let mut picture = input.ok_or_else(|| Error::Usage("expected a picture".into()))?;
+        if self.histogram {
+            let text = self.histogram(picture, run)?;
+            let write = Box::new(move |out: &mut Output| {
+                std::io::Write::write_all(out, text.as_bytes()).map_err(|e| out.error(e))
+            });
+            return Ok(Product::Bytes { binary: false, write });
+        }
         let write = Box::new(move |out: &mut Output| {
             let found = Findings::of(&mut *picture)?;
             let text = if self.json { format!("{}\n", found.json()) } else { found.text() };
@@ -105,6 +135,52 @@ impl Filter for Picinfo {
         });
         Ok(Product::Bytes { binary: false, write })
     }
+}
+
+/// Lines of a histogram.
+const LINES: usize = 100;
+
+impl Picinfo {
+    /// The histograms of all pictures, each of weight 1, as text.
+    fn histogram(&self, first: Box<dyn Picture>, run: &Run) -> Result<String> {
+        let mut sum = Histogram::default();
+        let mut add = |picture: Box<dyn Picture>| -> Result<()> {
+            let one = seen(picture)?;
+            if one.total() > 0.0 {
+                sum.merge(&one, 1.0 / one.total());
+            }
+            Ok(())
+        };
+        add(first)?;
+        let (overrides, limits) = (Overrides::default(), run.options.limits());
+        for path in &self.also {
+            let reading = Reading { overrides: &overrides, limits: &limits, notes: &run.notes };
+            add(codec::open(reader::Input::open(Some(path))?, &reading)?)?;
+        }
+        if sum.range_cd_m2().is_none() {
+            return crate::invalid!("no pixel has a luminance");
+        }
+        Ok(sum.to_text(LINES))
+    }
+}
+
+/// The histogram of one picture as an eye would take it in.
+fn seen(picture: Box<dyn Picture>) -> Result<Histogram> {
+    if picture.header().units == Units::Display {
+        return crate::invalid!("the picture is display-referred; a histogram is the world's");
+    }
+    let mut picture = tristimulus(picture)?;
+    let (cells, _) = Cells::of(picture.header());
+    let (mut means, mut pixels) = (Means::<1>::new(&cells), Histogram::default());
+    let (mut block, mut row) = (Block::default(), Vec::new());
+    while picture.next(&mut block)? {
+        row.clear();
+        row.extend(block.data.chunks_exact(3).map(|p| p[1]));
+        means.add(&row, 1);
+        pixels.add_all(&row);
+    }
+    let means: Vec<f64> = means.means().iter().map(|m| m[0].max(0.0)).collect();
+    Ok(Attention::default().histogram(&cells, &means, &pixels))
 }
 
 /// What all pixels of a picture say.
