@@ -252,6 +252,11 @@ impl Pcond {
         super::display_range(self.display.as_ref(), self.ldmax, self.lddyn)
     }
 
+    /// World luminances to show a map over when the picture has none.
+    fn whole(&self, display: Display) -> (f64, f64) {
+        (display.min_cd_m2, display.max_cd_m2)
+    }
+
     /// The primaries that colours have to fit.
     fn primaries(&self) -> Primaries {
         self.to.or(self.display.as_ref().map(|d| d.primaries)).unwrap_or(Primaries::BT709)
@@ -290,12 +295,14 @@ impl Pcond {
         }
     }
 
-    /// Writes `--map`, whole or not at all.
-    fn write_map(&self, curve: &Curve, range_cd_m2: (f64, f64)) -> Result<()> {
+    /// Writes `--map`, whole or not at all: the display's luminance, cd/m2, for even steps of the world's logarithm.
+    fn write_map(&self, shown_cd_m2: impl Fn(f64) -> f64, range_cd_m2: (f64, f64)) -> Result<()> {
         let Some(path) = self.map.as_ref() else { return Ok(()) };
+        let (low, high) = (range_cd_m2.0.ln(), range_cd_m2.1.ln());
         let mut text = String::new();
-        for (world, display) in curve.sampled(range_cd_m2, MAP_LINES) {
-            let _ = writeln!(text, "{world:.6e} {display:.6e}");
+        for i in 0..MAP_LINES {
+            let world = (low + (high - low) * i as f64 / (MAP_LINES - 1) as f64).exp();
+            let _ = writeln!(text, "{world:.6e} {:.6e}", shown_cd_m2(world));
         }
         let mut out = Output::create(Some(path), false)?;
         std::io::Write::write_all(&mut out, text.as_bytes()).map_err(|e| out.error(e))?;
@@ -413,32 +420,40 @@ impl Filter for Pcond {
         let (eye, input, mut header) = Eye::of(input, self.shown_white()?, self.on(self.mesopic))?;
         header.display = Some([display.min_cd_m2, display.max_cd_m2]);
         let (cells, assumed) = Cells::of(input.header());
-        let decides = self.exposure.is_none() && self.histogram.is_none();
+        let decides = (self.exposure.is_none() || self.map.is_some()) && self.histogram.is_none();
         let looks = decides || self.on(self.veil) || self.on(self.acuity) || self.rule().needs_palette();
         if assumed && looks {
             run.notes.add("no VIEW line with an angle of view: taking 40 degrees on the long side");
         }
         let seen = if looks { self.look(input, &eye, &cells, run)? } else { Seen::nothing(input) };
+        // A linear operator has no black of its own: what the display shows is its black and the picture's light.
         let contrast = self.surround.exponent();
+        let straight = |factor: f64| {
+            move |world: f64| {
+                let share = (factor * world).clamp(0.0, 1.0).powf(contrast);
+                display.min_cd_m2 + share * (display.max_cd_m2 - display.min_cd_m2)
+            }
+        };
         if let Some(stops) = &self.exposure {
-            let curve = Curve::linear(stops.factor / RADIANCE_EFFICACY * display.max_cd_m2, display);
+            let factor = stops.factor / RADIANCE_EFFICACY;
             header.lines.push(format!("MAPPED_EXPOSURE={:.4e}", stops.factor).into_bytes());
-            let fixed = Factor::Fixed((stops.factor / RADIANCE_EFFICACY) as f32);
-            let factor = if contrast == 1.0 { fixed } else { Factor::Table(curve.with_contrast(contrast).table()) };
+            self.write_map(straight(factor), seen.pixels.range_cd_m2().unwrap_or(self.whole(display)))?;
+            let curve = Curve::linear(factor * display.max_cd_m2, display).with_contrast(contrast);
+            let factor = if contrast == 1.0 { Factor::Fixed(factor as f32) } else { Factor::Table(curve.table()) };
             return self.show(seen, eye, cells, header, factor);
         }
         let Some((curve, histogram)) = self.curve(&seen, &cells, display, run)? else {
-            self.write_map(&Curve::linear(1.0, display), (display.min_cd_m2, display.max_cd_m2))?;
+            self.write_map(|_| display.min_cd_m2, self.whole(display))?;
             return self.show(seen, eye, cells, header, Factor::Fixed(0.0));
         };
-        if let Some(range) = histogram.range_cd_m2() {
-            self.write_map(&curve, range)?;
-        }
+        let range = histogram.range_cd_m2().unwrap_or(self.whole(display));
         let factor = if self.linear && contrast == 1.0 && self.previous.is_none() {
             let factor = adjust::exposure(&histogram, display, &Scale::Ratio).exp() / display.max_cd_m2;
             header.lines.push(format!("MAPPED_EXPOSURE={:.4e}", factor * RADIANCE_EFFICACY).into_bytes());
+            self.write_map(straight(factor), range)?;
             Factor::Fixed(factor as f32)
         } else {
+            self.write_map(|world| curve.at(world), range)?;
             Factor::Table(curve.table())
         };
         self.show(seen, eye, cells, header, factor)

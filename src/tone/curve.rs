@@ -86,13 +86,6 @@ impl Curve {
         if self.contrast == 1.0 { share } else { share.powf(self.contrast) }
     }
 
-    /// `count` pairs (Lw, Ld) evenly spaced in ln Lw over the given range.
-    pub fn sampled(&self, range_cd_m2: (f64, f64), count: usize) -> Vec<(f64, f64)> {
-        let (low, high) = (range_cd_m2.0.ln(), range_cd_m2.1.ln());
-        let at = |i: usize| (low + (high - low) * i as f64 / (count - 1).max(1) as f64).exp();
-        (0..count).map(|i| (at(i), self.at(at(i)))).collect()
-    }
-
     /// The curve as a table for pixels.
     pub fn table(&self) -> Table {
         let steps = 1usize << STEPS_LOG2;
