@@ -40,9 +40,9 @@ fuzz:
 	for target in $(FUZZ_TARGETS); do mkdir -p fuzz/corpus/$$target && $(CARGO) fuzz run --sanitizer none $$target \
 		fuzz/corpus/$$target tests/data tests/bad pipelines scenes displays -- -max_total_time=$(FUZZ_SECONDS) $(FUZZ_LIMITS) || exit 1; done
 
-# Ratios to `cat`, and of the encodings to Radiance and libtiff, in the same run: see benches/.
+# Ratios to `cat`, and of encodings and tone maps to Radiance and libtiff, in the same run: see benches/.
 bench:
-	$(CARGO) bench --locked --bench streams --bench encodings
+	$(CARGO) bench --locked --bench streams --bench encodings --bench tone
 
 # The paper's colour figures beside ours, as Markdown.
 paper-colour:

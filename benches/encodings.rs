@@ -4,24 +4,18 @@
 //! Peers: `ra_xyze` and `ra_tiff` on the path or in the folder RADIANCE_BIN (pip's pyradiance has them in pyradiance/bin), and
 //! `tiffcp` of Debian's libtiff-tools (which only packs ready 16-bit words, without logarithms). `bash` takes the times.
 
+mod beside;
 mod peak;
 mod picture;
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
+
+use beside::{Row, Shell, compare, median, processor, ratio};
 
 const WIDTH: usize = 4096;
 const HEIGHT: usize = 2048;
 const RUNS: usize = 11;
-
-/// One comparison: our command, a peer's, how many times faster ours must be.
-struct Row {
-    what: &'static str,
-    ours: String,
-    peer: String,
-    bound: f64,
-}
 
 fn main() -> std::io::Result<()> {
     // `cargo test --benches` runs this too; one run then shows that it works.
@@ -76,7 +70,13 @@ fn main() -> std::io::Result<()> {
 }
 
 fn rows() -> Vec<Row> {
-    let row = |what, ours: &str, peer: &str, bound| Row { what, ours: ours.into(), peer: peer.into(), bound };
+    let row = |what, ours: &str, peer: &str, bound| Row {
+        what,
+        ours: ours.into(),
+        peer: peer.into(),
+        bound,
+        pixels: (WIDTH * HEIGHT) as f64,
+    };
     vec![
         row("RGBE decode", "ra_rgbe --threads 1 -r big.hdr", "ra_xyze big.hdr", 8.0),
         row("RGBE encode", "ra_rgbe --threads 1 --quiet rgb.lux", "ra_xyze big.hdr", 4.0),
@@ -96,59 +96,6 @@ fn rows() -> Vec<Row> {
     ]
 }
 
-/// Where commands run, and where programs are found.
-struct Shell {
-    dir: PathBuf,
-    path: String,
-}
-
-impl Shell {
-    /// CPU and wall seconds of a command; `None` where it is not there or fails.
-    fn run(&self, command: &str) -> Option<(f64, f64)> {
-        let line = format!("TIMEFORMAT='%3U %3S %3R'; time {command} 2>/dev/null >/dev/null");
-        let mut bash = Command::new("bash");
-        let output = bash.args(["-c", &line]).current_dir(&self.dir).env("PATH", &self.path).output().ok()?;
-        let text = String::from_utf8(output.stderr).ok().filter(|_| output.status.success())?;
-        let numbers: Option<Vec<f64>> = text.split_whitespace().map(|n| n.parse().ok()).collect();
-        match numbers.as_deref() {
-            Some([user, system, wall]) => Some((user + system, *wall)),
-            _ => None,
-        }
-    }
-}
-
-/// Runs alternate, so that a machine whose speed drifts slows both.
-fn compare(shell: &Shell, row: &Row, runs: usize) {
-    let peer_there = !row.peer.is_empty() && shell.run(&row.peer).is_some();
-    let (mut ours, mut peers) = (Vec::new(), Vec::new());
-    for _ in 0..runs {
-        ours.extend(shell.run(&row.ours).map(|t| t.0));
-        if peer_there {
-            peers.extend(shell.run(&row.peer).map(|t| t.0));
-        }
-    }
-    let time = median(ours.iter().copied());
-    let speed = (WIDTH * HEIGHT) as f64 / 1e6 / time;
-    let name = row.peer.split(' ').next().unwrap_or_default();
-    print!("{:<18} {time:>8.3} {speed:>8.1} ", row.what);
-    if peers.is_empty() {
-        let why = if name.is_empty() { "none offers it".to_string() } else { format!("skipped: {name} is not there") };
-        println!("{:>9} {:>7} {:>6}  {why}", "-", "-", shown(row.bound));
-    } else {
-        let (peer, ratio) = (median(peers.iter().copied()), ratio(&peers, &ours));
-        println!("{peer:>9.3} {ratio:>7.2} {:>6}  {}", shown(row.bound), row.peer);
-    }
-}
-
-/// The median of what neighbouring runs give: a processor's pace changes from second to second.
-fn ratio(slow: &[f64], fast: &[f64]) -> f64 {
-    median(slow.iter().zip(fast).map(|(s, f)| s / f))
-}
-
-fn shown(bound: f64) -> String {
-    if bound.is_nan() { "-".into() } else { bound.to_string() }
-}
-
 fn gain(shell: &Shell, what: &str, command: &str, runs: usize) {
     let with = |threads: u32| {
         let (name, rest) = command.split_once(' ').unwrap_or((command, ""));
@@ -161,16 +108,4 @@ fn gain(shell: &Shell, what: &str, command: &str, runs: usize) {
     }
     let gain = ratio(&one, &two);
     println!("{what:<18} {:>8.3} {:>8.3} {gain:>9.2} {:>6}", median(one), median(two), 1.7);
-}
-
-fn median(times: impl IntoIterator<Item = f64>) -> f64 {
-    let mut times: Vec<f64> = times.into_iter().collect();
-    times.sort_by(f64::total_cmp);
-    times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
-fn processor() -> String {
-    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = text.lines().find_map(|l| l.strip_prefix("model name")).unwrap_or("unknown processor");
-    name.trim_start_matches([' ', '\t', ':']).to_string()
 }

@@ -52,6 +52,14 @@
 //! - [He 2015] K. He, J. Sun, *Fast Guided Filter*, arXiv:1505.00996, 2015.
 //! - [Jobson 1997] D. Jobson, Z. Rahman, G. Woodell, *A Multiscale Retinex for Bridging the Gap Between Color Images and the
 //!   Human Observation of Scenes*, IEEE Transactions on Image Processing 6(7), 1997.
+//! - [Ferwerda 1996] J. Ferwerda, S. Pattanaik, P. Shirley, D. Greenberg, *A Model of Visual Adaptation for Realistic Image
+//!   Synthesis*, SIGGRAPH 96.
+//! - [CIE 146] CIE 146:2002, *CIE Equations for Disability Glare*.
+//! - [Barnes and Hut 1986] J. Barnes, P. Hut, *A hierarchical O(N log N) force-calculation algorithm*, Nature 324, 1986.
+//! - [Groenevelt 1991] H. Groenevelt, *Two algorithms for maximizing a separable concave function over a polymatroid feasible
+//!   region*, European J. Oper. Res. 54, 1991.
+//! - [Bartleson and Breneman 1967] C. Bartleson, E. Breneman, *Brightness Perception in Complex Fields*, JOSA 57, 1967.
+//! - [Vitter 1985] J. Vitter, *Random Sampling with a Reservoir*, ACM TOMS 11(1), 1985.
 //! - [Waechter 2019] C. Waechter, N. Binder, *A Fast and Robust Method for Avoiding Self-Intersection*, Ray Tracing Gems, 2019.
 //! - [Wienold 2006] J. Wienold, J. Christoffersen, *Evaluation methods and development of a new glare prediction model for
 //!   daylight environments with the use of CCD cameras*, Energy and Buildings 38, 2006; as evalglare 3.06 has it.

@@ -189,7 +189,8 @@ fn published_mappings() {
     let bimodal = [1.0, 1.00437, 1.11992, 4.98745, 15.1966, 15.5317, 15.7085, 31.1203, 95.0758, 99.567, 100.0];
     let outlier = [1.0, 5.17917, 26.8238, 99.9836, 99.9836, 99.9836, 99.9836, 99.9836, 99.9836, 99.9836, 100.0];
     let human = Scale::visibility(Count::Integral, 0.0);
-    let cases: [(&str, (f64, f64), Histogram, &Scale, [f64; 11], bool); 6] = [
+    type Case<'a> = (&'a str, (f64, f64), Histogram, &'a Scale, [f64; 11], bool);
+    let cases: [Case; 6] = [
         ("uniform, linear", (-2.0, 4.0), even(-2.0, 4.0, &flat), &Scale::Ratio, third, true),
         ("uniform, human", (-2.0, 4.0), even(-2.0, 4.0, &flat), &human, third, true),
         ("two peaks, linear", (-2.0, 5.0), even(-2.0, 5.0, &two), &Scale::Ratio, bimodal, true),

@@ -7,7 +7,7 @@
 //!
 //! V is the scotopic luminance, 1700 lm/W by V'(lambda); 2.26 that of a white of 1 cd/m2, so that white keeps its brightness
 //! and blue gains over red (Purkinje's shift). Where no spectrum is left, V is estimated from the unadapted tristimulus values
-//! [Larson 1997, eq. 10]: V = Y (1.33 (1 + (Y + Z) / X) - 1.68).
+//! [Ward 1997]: V = Y (1.33 (1 + (Y + Z) / X) - 1.68).
 
 /// Rods see alone up to here, cd/m2.
 pub const RODS_ONLY_CD_M2: f32 = 5.62e-3;
