@@ -143,13 +143,14 @@ impl Pyramid {
         let lower = &level.rows[level.rows.len() - 1];
         let upper = if count.is_multiple_of(2) { &level.rows[level.rows.len() - 2] } else { lower };
         let mut mean = vec![0f32; width * n];
-        for (x, out) in mean.chunks_exact_mut(n).enumerate() {
-            let (a, b) = (2 * x, (2 * x + 1).min(level.width - 1));
-            for (c, value) in out.iter_mut().enumerate() {
-                let sum = upper[a * n + c] + upper[b * n + c] + lower[a * n + c] + lower[b * n + c];
-                *value = if sum.is_finite() { 0.25 * sum } else { 0.0 };
-            }
-        }
+        simd::wide(
+            #[inline(always)]
+            || match n {
+                3 => means::<3>(upper, lower, &mut mean),
+                4 => means::<4>(upper, lower, &mut mean),
+                _ => {}
+            },
+        );
         self.push(k + 1, mean);
     }
 
@@ -216,30 +217,101 @@ impl Pyramid {
     }
 }
 
+/// Means over squares of two rows.
+#[inline(always)]
+fn means<const N: usize>(upper: &[f32], lower: &[f32], out: &mut [f32]) {
+    let (upper, lower, out) = (upper.as_chunks::<N>().0, lower.as_chunks::<N>().0, out.as_chunks_mut::<N>().0);
+    let mean = |u: &[[f32; N]; 2], l: &[[f32; N]; 2]| -> [f32; N] {
+        std::array::from_fn(|c| {
+            let sum = u[0][c] + u[1][c] + l[0][c] + l[1][c];
+            if sum.abs() < f32::INFINITY { 0.25 * sum } else { 0.0 }
+        })
+    };
+    let ((uppers, one), (lowers, other)) = (upper.as_chunks::<2>(), lower.as_chunks::<2>());
+    for ((u, l), value) in uppers.iter().zip(lowers).zip(out.iter_mut()) {
+        *value = mean(u, l);
+    }
+    if let ([u], [l], Some(value)) = (one, other, out.last_mut()) {
+        *value = mean(&[*u; 2], &[*l; 2]);
+    }
+}
+
+/// Level k, from 1, as fine as the picture: pixels from `first` on between the means around them.
+#[inline(always)]
+fn spread<const N: usize>(line: &[[f32; N]], k: usize, first: usize, out: &mut [[f32; N]]) {
+    let mix =
+        |i: usize, s: f32| -> [f32; N] { std::array::from_fn(|c| line[i][c] + s * (line[i + 1][c] - line[i][c])) };
+    let one = |x: usize| {
+        let (i, s) = Pyramid::between(k, x);
+        mix(i.min(line.len() - 2), s)
+    };
+    // Between the middles of two means lie 2^k pixels, but for those before the first.
+    let (size, half) = (1usize << k, 1usize << (k - 1));
+    let lead = if first < half { half - first } else { (first - half).wrapping_neg() % size }.min(out.len());
+    let end = first + out.len();
+    let (head, body) = out.split_at_mut(lead);
+    head.iter_mut().enumerate().for_each(|(j, pixel)| *pixel = one(first + j));
+    let start = first + lead;
+    let mut blocks = body.chunks_exact_mut(size);
+    for (block, pair) in (&mut blocks).zip(line[start.saturating_sub(half) >> k..].windows(2)) {
+        let step: [f32; N] = std::array::from_fn(|c| pair[1][c] - pair[0][c]);
+        for (j, pixel) in block.iter_mut().enumerate() {
+            let s = (j as f32 + 0.5) / size as f32;
+            (0..N).for_each(|c| pixel[c] = pair[0][c] + s * step[c]);
+        }
+    }
+    let rest = blocks.into_remainder();
+    let start = end - rest.len();
+    rest.iter_mut().enumerate().for_each(|(j, pixel)| *pixel = one(start + j));
+}
+
+/// The same, for few pixels a mean by loops of known length.
+#[inline(always)]
+fn spread_any<const N: usize>(line: &[[f32; N]], k: usize, first: usize, out: &mut [[f32; N]]) {
+    match k {
+        1 => spread(line, 1, first, out),
+        2 => spread(line, 2, first, out),
+        _ => spread(line, k, first, out),
+    }
+}
+
 /// Each pixel between the two levels that its blur lies between.
 #[inline(always)]
 fn between_levels<const N: usize>(lines: &[&[f32]], levels: &Field<1>, line: &[[f32; 1]], out: &mut [f32]) {
-    let top = (lines.len() - 1) as f32;
-    let sample = |k: usize, x: usize| -> [f32; N] {
-        if k == 0 {
-            return std::array::from_fn(|c| lines[0][x * N + c]);
-        }
-        let (i, s) = Pyramid::between(k, x);
-        let last = lines[k].len() / N - 2;
-        let pair = &lines[k][i.min(last) * N..][..2 * N];
-        std::array::from_fn(|c| pair[c] + s * (pair[N + c] - pair[c]))
-    };
-    for (x, pixel) in out.chunks_exact_mut(N).enumerate() {
-        let l = levels.at(line, x)[0];
-        let l = if l < top { l } else { top };
-        if l <= 0.0 {
-            continue;
-        }
-        let k = (l as u32 as usize).min(lines.len() - 2);
-        let part = l - k as f32;
-        let (a, b) = (sample(k, x), sample(k + 1, x));
-        for c in 0..N {
-            pixel[c] = a[c] + part * (b[c] - a[c]);
+    let (top, most) = ((lines.len() - 1) as f32, lines.len() - 2);
+    let out = out.as_chunks_mut::<N>().0;
+    let (mut lower, mut upper) = (vec![[0f32; N]; out.len()], vec![[0f32; N]; out.len()]);
+    for stretch in levels.along(line) {
+        let ([start], [step]) = (stretch.start, stretch.step);
+        let at = |t: f32| {
+            let l = start + t * step;
+            if l < top { l } else { top }
+        };
+        // 0 where nothing is to be done, otherwise one more than the lower level.
+        let kind = |t: f32| if at(t) > 0.0 { (at(t) as u32 as usize).min(most) + 1 } else { 0 };
+        let shares = stretch.shares;
+        let mut i = 0;
+        while i < shares.len() {
+            // Along a stretch the blur goes one way.
+            let here = kind(shares[i]);
+            let same = here == kind(shares[shares.len() - 1]);
+            let until = if same { None } else { shares[i..].iter().position(|t| kind(*t) != here) };
+            let end = until.map_or(shares.len(), |n| i + n);
+            if here > 0 {
+                let (k, first) = (here - 1, stretch.pixels.start + i);
+                let (pixels, n) = (&mut out[first..first + end - i], end - i);
+                let (lower, upper) = (&mut lower[..n], &mut upper[..n]);
+                match k {
+                    0 => lower.copy_from_slice(pixels),
+                    _ => spread_any(lines[k].as_chunks::<N>().0, k, first, lower),
+                }
+                spread_any(lines[k + 1].as_chunks::<N>().0, k + 1, first, upper);
+                for (((pixel, a), b), t) in pixels.iter_mut().zip(lower).zip(upper).zip(&shares[i..end]) {
+                    let part = at(*t) - k as f32;
+                    (0..N).for_each(|c| pixel[c] = a[c] + part * (b[c] - a[c]));
+                }
+            }
+            i = end;
         }
     }
 }

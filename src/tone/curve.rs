@@ -99,11 +99,12 @@ impl Curve {
             let (a, b) = (factor(bits), factor(bits + (1 << (23 - STEPS_LOG2)) - 1));
             entries.push([a, b - a]);
         }
+        entries.push([0.0; 2]);
         Table { entries }
     }
 }
 
-/// Factors from world to display values, indexed by the leading bits of the luminance.
+/// Factors from world to display values, indexed by the leading bits of the luminance; the last one is that of none.
 pub struct Table {
     entries: Vec<[f32; 2]>,
 }
@@ -112,12 +113,29 @@ impl Table {
     /// The factor that takes a pixel of this luminance to the display's 0..1; 0 where the luminance is not positive.
     #[inline(always)]
     pub fn factor(&self, luminance_cd_m2: f32) -> f32 {
-        let bits = luminance_cd_m2.to_bits();
-        let index = (bits >> (23 - STEPS_LOG2)).wrapping_sub(1 << STEPS_LOG2) as usize;
-        // Subnormal, negative, infinite and NaN luminances all fall outside.
-        let Some([factor, slope]) = self.entries.get(index) else { return 0.0 };
-        let low = bits & ((1 << (23 - STEPS_LOG2)) - 1);
-        factor + slope * (low as f32 * (1.0 / (1u32 << (23 - STEPS_LOG2)) as f32))
+        self.factors(&[luminance_cd_m2])[0]
+    }
+
+    /// The same for many.
+    #[inline(always)]
+    pub fn factors<const M: usize>(&self, luminances_cd_m2: &[f32; M]) -> [f32; M] {
+        const FRACTION: u32 = 23 - STEPS_LOG2;
+        let last = self.entries.len() - 1;
+        let (mut at, mut low) = ([0u32; M], [0f32; M]);
+        for i in 0..M {
+            let bits = luminances_cd_m2[i].to_bits();
+            // Subnormal, negative, infinite and NaN luminances all fall outside.
+            at[i] = (bits >> FRACTION).wrapping_sub(1 << STEPS_LOG2).min(last as u32);
+            low[i] = (bits & ((1 << FRACTION) - 1)) as i32 as f32 * (1.0 / (1u32 << FRACTION) as f32);
+        }
+        let (mut factors, mut slopes) = ([0f32; M], [0f32; M]);
+        for i in 0..M {
+            [factors[i], slopes[i]] = self.entries[at[i] as usize];
+        }
+        for i in 0..M {
+            factors[i] += slopes[i] * low[i];
+        }
+        factors
     }
 }
 

@@ -1,7 +1,9 @@
 //! What the fovea sees at once: a picture in cells of about one degree of the view [Ward 1997].
 
+use std::ops::Range;
 use std::sync::Arc;
 
+use crate::simd;
 use crate::statistics::scrambled;
 use crate::stream::{Header, Resolution};
 use crate::tone::Histogram;
@@ -100,13 +102,29 @@ impl Cells {
     }
 }
 
+/// Pixels of a scanline that lie in one cell, or between the middles of the same two, and the step to the (first) cell.
+pub type Run = (Range<usize>, usize);
+
+/// The runs of like cells.
+fn runs(cells: impl Iterator<Item = u32>) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (i, cell) in cells.map(|c| c as usize).enumerate() {
+        match runs.last_mut() {
+            Some(run) if run.1 == cell => run.0.end = i + 1,
+            _ => runs.push((i..i + 1, cell)),
+        }
+    }
+    runs
+}
+
 /// Values at the middles of cells, and between them.
 #[derive(Clone, Debug)]
 pub struct Field<const N: usize> {
     cells: Arc<Cells>,
     values: Vec<[f32; N]>,
-    /// For each pixel of a scanline the cell before it and its share of the way to the next.
-    places: Vec<(u32, f32)>,
+    /// Pixels of a scanline between the same two cells, and each one's share of the way from the first to the second.
+    runs: Vec<Run>,
+    shares: Vec<f32>,
 }
 
 /// Index and fraction between the middles of n cells of the pixel p of `of`.
@@ -121,8 +139,9 @@ impl<const N: usize> Field<N> {
     pub fn new(cells: Arc<Cells>, values: Vec<[f32; N]>) -> Field<N> {
         let r = cells.resolution;
         let (n, of) = if r.by_rows { (cells.columns, r.width) } else { (cells.rows, r.height) };
-        let places = (0..r.scanline_len()).map(|i| between(cells.place(i, r.by_rows), n, of)).collect();
-        Field { cells, values, places }
+        let places = (0..r.scanline_len()).map(|i| between(cells.place(i, r.by_rows), n, of));
+        let (runs, shares) = (runs(places.clone().map(|p| p.0)), places.map(|p| p.1).collect());
+        Field { cells, values, runs, shares }
     }
 
     /// The values along a scanline as stored, one for each column (or row) of cells.
@@ -139,21 +158,32 @@ impl<const N: usize> Field<N> {
         (0..len).map(mix).collect()
     }
 
-    /// The value at a pixel of a scanline, of what [`Field::scanline`] gave.
+    /// The runs of pixels along a scanline between two of the values that [`Field::scanline`] gave, with the first of these, how
+    /// far the second is from it, and the pixels' shares of the way.
     #[inline(always)]
-    pub fn at(&self, line: &[[f32; N]], pixel: usize) -> [f32; N] {
-        let (i, t) = self.places[pixel];
-        let a = &line[i as usize];
-        let b = &line[(i as usize + 1).min(line.len() - 1)];
-        std::array::from_fn(|j| a[j] + t * (b[j] - a[j]))
+    pub fn along<'a>(&'a self, line: &'a [[f32; N]]) -> impl Iterator<Item = Stretch<'a, N>> {
+        self.runs.iter().map(move |(pixels, i)| {
+            let (a, b) = (line[*i], line[(i + 1).min(line.len() - 1)]);
+            let step = std::array::from_fn(|j| b[j] - a[j]);
+            Stretch { pixels: pixels.clone(), start: a, step, shares: &self.shares[pixels.clone()] }
+        })
     }
+}
+
+/// Pixels of a scanline over which a [`Field`] is linear: at each `start` and its share of `step`.
+#[allow(missing_docs)]
+pub struct Stretch<'a, const N: usize> {
+    pub pixels: Range<usize>,
+    pub start: [f32; N],
+    pub step: [f32; N],
+    pub shares: &'a [f32],
 }
 
 /// Means over the cells of a picture of N components; infinities and NaN count as 0.
 #[derive(Clone, Debug)]
 pub struct Means<const N: usize> {
     cells: Arc<Cells>,
-    along: Vec<u32>,
+    runs: Vec<Run>,
     sums: Vec<[f64; N]>,
     counts: Vec<u32>,
     row: usize,
@@ -163,24 +193,32 @@ impl<const N: usize> Means<N> {
     /// Nothing yet.
     pub fn new(cells: &Arc<Cells>) -> Means<N> {
         let n = cells.count();
-        Means { cells: cells.clone(), along: cells.along(), sums: vec![[0.0; N]; n], counts: vec![0; n], row: 0 }
+        Means {
+            cells: cells.clone(),
+            runs: runs(cells.along().into_iter()),
+            sums: vec![[0.0; N]; n],
+            counts: vec![0; n],
+            row: 0,
+        }
     }
 
     /// Takes in scanlines of `stride` components, of which the first N count.
     pub fn add(&mut self, data: &[f32], stride: usize) {
-        for line in data.chunks_exact(stride * self.along.len()) {
+        let scanline = stride * self.cells.resolution.scanline_len();
+        for line in data.chunks_exact(scanline) {
             let start = self.cells.first(self.row);
-            let mut i = 0;
-            // Runs of pixels in one cell are summed in registers.
-            while i < self.along.len() {
-                let along = self.along[i];
-                let end = self.along[i..].iter().position(|a| *a != along).map_or(self.along.len(), |n| i + n);
-                let sum: [f64; N] = sum_of(&line[i * stride..end * stride], stride);
-                let cell = start + along as usize;
-                self.sums[cell].iter_mut().zip(sum).for_each(|(a, b)| *a += b);
-                self.counts[cell] += (end - i) as u32;
-                i = end;
-            }
+            simd::wide(
+                #[inline(always)]
+                || {
+                    // Runs of pixels in one cell are summed in registers.
+                    for (pixels, along) in &self.runs {
+                        let sum: [f64; N] = sum_of(&line[pixels.start * stride..pixels.end * stride], stride);
+                        let cell = start + along;
+                        self.sums[cell].iter_mut().zip(sum).for_each(|(a, b)| *a += b);
+                        self.counts[cell] += pixels.len() as u32;
+                    }
+                },
+            );
             self.row += 1;
         }
     }
@@ -198,6 +236,7 @@ impl<const N: usize> Means<N> {
 pub struct Samples {
     cells: Arc<Cells>,
     along: Vec<u32>,
+    runs: Vec<Run>,
     /// Smallest above 0 and largest.
     ranges: Vec<(f32, f32)>,
     /// Cell and components of the pixels picked.
@@ -215,7 +254,9 @@ impl Samples {
         let r = cells.resolution;
         let every = (r.width as u64 * r.height as u64).div_ceil(PICKED);
         let ranges = vec![(f32::MAX, 0.0); cells.count()];
-        Samples { cells: cells.clone(), along: cells.along(), ranges, picked: Vec::new(), every, row: 0 }
+        let along = cells.along();
+        let runs = runs(along.iter().copied());
+        Samples { cells: cells.clone(), along, runs, ranges, picked: Vec::new(), every, row: 0 }
     }
 
     /// Takes in scanlines of `stride` components, and their luminances in cd/m2.
@@ -223,16 +264,16 @@ impl Samples {
         let len = self.along.len();
         for (line, ys) in data.chunks_exact(stride * len).zip(luminances_cd_m2.chunks_exact(len)) {
             let start = self.cells.first(self.row);
-            let mut i = 0;
-            while i < len {
-                let along = self.along[i];
-                let end = self.along[i..].iter().position(|a| *a != along).map_or(len, |n| i + n);
-                let range = &mut self.ranges[start + along as usize];
-                for y in ys[i..end].iter().filter(|y| **y > 0.0 && **y < f32::INFINITY) {
-                    *range = (range.0.min(*y), range.1.max(*y));
-                }
-                i = end;
-            }
+            simd::wide(
+                #[inline(always)]
+                || {
+                    for (pixels, along) in &self.runs {
+                        let range = &mut self.ranges[start + along];
+                        let (low, high) = range_of(&ys[pixels.clone()]);
+                        *range = (range.0.min(low), range.1.max(high));
+                    }
+                },
+            );
             // One of each `every` pixels of the scanline, at a place that the scanline's number and its own draw.
             for first in (0..len as u64).step_by(self.every as usize) {
                 let x = (first + scrambled(self.row as u64 * len as u64 + first) % self.every) as usize;
@@ -258,16 +299,47 @@ impl Samples {
 }
 
 /// Sums of the first N components, infinities and NaN left out. Four sums each, so that none waits for the last addition.
+#[inline(always)]
 fn sum_of<const N: usize>(pixels: &[f32], stride: usize) -> [f64; N] {
+    let finite = |x: f32| f64::from(if x.abs() < f32::INFINITY { x } else { 0.0 });
     let mut sums = [[0f64; N]; 4];
-    for group in pixels.chunks(4 * stride) {
-        for (pixel, sum) in group.chunks_exact(stride).zip(&mut sums) {
-            for c in 0..N {
-                sum[c] += f64::from(if pixel[c].is_finite() { pixel[c] } else { 0.0 });
+    if stride == N {
+        let (groups, rest) = pixels.as_chunks::<N>().0.as_chunks::<4>();
+        for group in groups {
+            for (pixel, sum) in group.iter().zip(&mut sums) {
+                (0..N).for_each(|c| sum[c] += finite(pixel[c]));
+            }
+        }
+        for (pixel, sum) in rest.iter().zip(&mut sums) {
+            (0..N).for_each(|c| sum[c] += finite(pixel[c]));
+        }
+    } else {
+        for group in pixels.chunks(4 * stride) {
+            for (pixel, sum) in group.chunks_exact(stride).zip(&mut sums) {
+                (0..N).for_each(|c| sum[c] += finite(pixel[c]));
             }
         }
     }
     std::array::from_fn(|c| sums.iter().map(|s| s[c]).sum())
+}
+
+/// Smallest and largest of the values that are above 0 and finite: those of [`Samples::ranges`] where there is none. Eight at a
+/// time.
+#[inline(always)]
+fn range_of(values: &[f32]) -> (f32, f32) {
+    let (mut low, mut high) = ([f32::MAX; 8], [0f32; 8]);
+    let mut take = |k: usize, y: f32| {
+        let counts = y > 0.0 && y < f32::INFINITY;
+        let (l, h) = (if counts { y } else { f32::MAX }, if counts { y } else { 0.0 });
+        low[k] = if l < low[k] { l } else { low[k] };
+        high[k] = if h > high[k] { h } else { high[k] };
+    };
+    let (groups, rest) = values.as_chunks::<8>();
+    for group in groups {
+        (0..8).for_each(|k| take(k, group[k]));
+    }
+    rest.iter().for_each(|y| take(0, *y));
+    (low.into_iter().fold(f32::MAX, f32::min), high.into_iter().fold(0.0, f32::max))
 }
 
 /// How the cells count among themselves.
@@ -357,11 +429,13 @@ mod tests {
             let field = Field::new(cells, means.iter().map(|m| [m[0] as f32]).collect());
             for s in 0..r.scanlines() {
                 let line = field.scanline(s);
-                for i in 0..r.scanline_len() {
+                let stretches = field.along(&line);
+                let values = stretches.flat_map(|p| p.shares.iter().map(move |t| p.start[0] + t * p.step[0]));
+                for (i, got) in values.enumerate() {
                     let (x, y) = upright[s * r.scanline_len() + i];
                     // Bilinear over means of a linear ramp is the ramp, away from the rim.
                     if (1..w - 1).contains(&x) && (1..h - 1).contains(&y) {
-                        assert!((field.at(&line, i)[0] - value(x, y)).abs() < 1e-2, "{order} {x} {y}");
+                        assert!((got - value(x, y)).abs() < 1e-2, "{order} {x} {y}");
                     }
                 }
             }

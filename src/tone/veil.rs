@@ -19,10 +19,13 @@
 //! with E = L w cos(theta) of each cell. What is outside the picture is taken to be as bright as the cell itself, so that an
 //! even field stays what it is.
 //!
-//! Sums over N cells for N cells: far cells are taken together in the nodes of a tree [Barnes and Hut 1986], O(N log N).
+//! Sums over N cells for N cells: far cells are taken together in the nodes of a tree [Barnes and Hut 1986], and what they give
+//! to cells close to each other is told from a grid over these, O(N).
+
+mod tree;
 
 use crate::tone::fovea::Cells;
-use crate::{parallel, simd};
+use tree::Tree;
 
 /// Which scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,8 +59,9 @@ trait Kernel: Copy + Sync {
     /// 0 from 90 degrees on, and at the very same direction.
     fn at(self, q: f32) -> f32;
 
-    /// The mean over a group of cells at mean distance q, to their second moments along and across the line between.
-    fn mean(self, q: f32, along: f32, across: f32) -> f32;
+    /// The mean over a group of cells at mean distance q, to second order: q times their moment along the line between, and
+    /// their moment in all directions.
+    fn mean(self, q: f32, along_q: f32, all: f32) -> f32;
 }
 
 /// Two cells nearer than this are one.
@@ -76,23 +80,26 @@ struct InverseSquare {
 }
 
 impl InverseSquare {
+    /// What the kernel is less than 1 / q: without a pole.
     #[inline(always)]
-    fn smooth(self, q: f32) -> f32 {
-        (1.0 - 0.5 * q) / if self.angle { theta2(q) } else { q }
+    fn less(self, q: f32) -> f32 {
+        let tail = theta2_tail(q);
+        if self.angle { (0.5 + tail) / (1.0 + q * tail) } else { 0.5 }
     }
 }
 
 impl Kernel for InverseSquare {
     #[inline(always)]
     fn at(self, q: f32) -> f32 {
-        if_seen(q, self.smooth(q))
+        if_seen(q, (1.0 - 0.5 * q) / if self.angle { theta2(q) } else { q })
     }
 
     /// Of 1 / q the mean to second order, and what is left is smooth.
     #[inline(always)]
-    fn mean(self, q: f32, along: f32, across: f32) -> f32 {
-        let far = q + along + across;
-        if_seen(far, (1.0 + (3.0 * along - across) / q) / q + self.smooth(far) - 1.0 / far)
+    fn mean(self, q: f32, along_q: f32, all: f32) -> f32 {
+        let far = q + all;
+        let r = 1.0 / q;
+        if_seen(far, r + (4.0 * r * along_q - all) * r * r - self.less(far))
     }
 }
 
@@ -115,9 +122,10 @@ impl Kernel for Cie {
 
     /// Nearly theta^-2.2 where it matters.
     #[inline(always)]
-    fn mean(self, q: f32, along: f32, across: f32) -> f32 {
-        let far = q + along + across;
-        self.at(far) * (1.0 + 1.1 * (3.2 * along - across) / q + (along + across) / q)
+    fn mean(self, q: f32, along_q: f32, all: f32) -> f32 {
+        let r = 1.0 / q;
+        let along = along_q * r;
+        self.at(q + all) * (1.0 + (1.1 * (4.2 * along - all) + all) * r)
     }
 }
 
@@ -127,8 +135,14 @@ const NEAREST_DEGREES: f32 = 0.5;
 /// theta^2 of the squared chord, up to 90 degrees to 1e-5: the series of (2 asin(c / 2))^2.
 #[inline(always)]
 fn theta2(q: f32) -> f32 {
+    q * (1.0 + q * theta2_tail(q))
+}
+
+/// The series from its second member on.
+#[inline(always)]
+fn theta2_tail(q: f32) -> f32 {
     let tail = 1.0 / 560.0 + q * (1.0 / 3150.0 + q * (1.0 / 16632.0 + q * (1.0 / 84084.0 + q * (1.0 / 411840.0))));
-    q * (1.0 + q * (1.0 / 12.0 + q * (1.0 / 90.0 + q * tail)))
+    1.0 / 12.0 + q * (1.0 / 90.0 + q * tail)
 }
 
 /// A veil for each cell.
@@ -139,15 +153,6 @@ pub struct Veil<const N: usize> {
     /// Share of its own light that is lost.
     pub lost: Vec<f64>,
 }
-
-/// A node is taken as one when it is this much smaller than its distance.
-const OPENING: f32 = 0.35;
-/// The largest node, radians, that may lie across the horizon of a cell.
-const HORIZON: f32 = 0.1;
-/// Cells a leaf, worked on side by side.
-const LEAF: usize = 8;
-/// Up to so many cells are summed one by one.
-const FEW: usize = 1024;
 
 /// The veil over a picture's cells from their light, N components of which `luminance` is the one that weighs most.
 /// Cells outside the view get that of the nearest cell toward the middle.
@@ -196,7 +201,7 @@ pub fn around<const N: usize>(
         }
     };
     let mut veil = Veil { light: vec![[0.0; N]; directions.len()], lost: vec![0.0; directions.len()] };
-    for (index, (sum, norm)) in sums {
+    for (index, sum, norm) in sums {
         (veil.light[index], veil.lost[index]) = match scatter.share() {
             Some(share) if norm > 0.0 => (sum.map(|s| f64::from(share * s / norm)), f64::from(share)),
             Some(_) => ([0.0; N], 0.0),
@@ -204,209 +209,6 @@ pub fn around<const N: usize>(
         };
     }
     veil
-}
-
-#[derive(Clone, Copy)]
-struct Cell<const N: usize> {
-    direction: [f32; 3],
-    weight: f32,
-    /// Light times weight.
-    light: [f32; N],
-    index: usize,
-}
-
-/// Mean direction of a group of cells (a little shorter than 1), and their mean squares about it: xx, yy, zz, xy, xz, yz.
-#[derive(Clone, Copy)]
-struct Moments {
-    mean: [f32; 3],
-    spread: [f32; 6],
-}
-
-impl Moments {
-    /// Of directions with masses; of no mass at all, the first direction.
-    fn of(members: impl Iterator<Item = ([f32; 3], f32)> + Clone) -> Moments {
-        let members = members.map(|(d, m)| (d.map(f64::from), f64::from(m)));
-        let (mut sum, mut total) = ([0.0; 3], 0.0);
-        for (d, m) in members.clone() {
-            (0..3).for_each(|k| sum[k] += m * d[k]);
-            total += m;
-        }
-        let first = members.clone().next().map_or([0.0; 3], |m| m.0);
-        let mean = if total > 0.0 { sum.map(|x| x / total) } else { first };
-        let mut spread = [0.0; 6];
-        for (d, m) in members.filter(|_| total > 0.0) {
-            let [x, y, z] = [0, 1, 2].map(|k| d[k] - mean[k]);
-            for (s, q) in spread.iter_mut().zip([x * x, y * y, z * z, x * y, x * z, y * z]) {
-                *s += m / total * q;
-            }
-        }
-        Moments { mean: mean.map(|x| x as f32), spread: spread.map(|x| x as f32) }
-    }
-}
-
-struct Node<const N: usize> {
-    /// Cells that it holds, and the node after its last child.
-    cells: std::ops::Range<usize>,
-    next: usize,
-    /// By light and by weight.
-    bright: Moments,
-    middle: Moments,
-    /// Largest distance from the middle to a cell.
-    radius: f32,
-    /// Light times weight, and weight.
-    light: [f32; N],
-    weight: f32,
-}
-
-struct Tree<const N: usize> {
-    cells: Vec<Cell<N>>,
-    /// Parents before children, first child next.
-    nodes: Vec<Node<N>>,
-}
-
-fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
-    ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)).sqrt()
-}
-
-type Sums<const N: usize> = ([f32; N], f32);
-
-impl<const N: usize> Tree<N> {
-    fn new(directions: &[Option<[f64; 3]>], weights: &[f64], light: &[[f64; N]], luminance: usize) -> Tree<N> {
-        let cell = |i: usize| {
-            let direction = directions[i]?.map(|x| x as f32);
-            let finite = light[i].map(|x| if x.is_finite() { (x.max(0.0) * weights[i]) as f32 } else { 0.0 });
-            Some(Cell { direction, weight: weights[i] as f32, light: finite, index: i })
-        };
-        let cells: Vec<Cell<N>> = (0..directions.len()).filter_map(cell).filter(|c| c.weight > 0.0).collect();
-        let mut tree = Tree { nodes: Vec::new(), cells };
-        if !tree.cells.is_empty() {
-            tree.build(0..tree.cells.len(), luminance);
-        }
-        tree
-    }
-
-    fn build(&mut self, range: std::ops::Range<usize>, luminance: usize) {
-        let cells = &self.cells[range.clone()];
-        let middle = Moments::of(cells.iter().map(|c| (c.direction, c.weight)));
-        let bright = Moments::of(cells.iter().map(|c| (c.direction, c.light[luminance])));
-        let radius = cells.iter().map(|c| apart(c.direction, middle.mean)).fold(0.0, f32::max);
-        let (mut light, mut weight) = ([0.0; N], 0.0);
-        let (mut low, mut high) = ([f32::MAX; 3], [f32::MIN; 3]);
-        for c in cells {
-            for k in 0..3 {
-                low[k] = low[k].min(c.direction[k]);
-                high[k] = high[k].max(c.direction[k]);
-            }
-            light.iter_mut().zip(c.light).for_each(|(a, b)| *a += b);
-            weight += c.weight;
-        }
-        let here = self.nodes.len();
-        self.nodes.push(Node { cells: range.clone(), next: 0, bright, middle, radius, light, weight });
-        let longest = (0..3).max_by(|a, b| (high[*a] - low[*a]).total_cmp(&(high[*b] - low[*b]))).unwrap_or(0);
-        if range.len() > LEAF {
-            let half = range.len() / 2;
-            self.cells[range.clone()]
-                .select_nth_unstable_by(half, |a, b| a.direction[longest].total_cmp(&b.direction[longest]));
-            self.build(range.start..range.start + half, luminance);
-            self.build(range.start + half..range.end, luminance);
-        }
-        self.nodes[here].next = self.nodes.len();
-    }
-
-    /// For each cell, by its index, sums of light and of weight by the kernel over all others.
-    fn sums(&self, kernel: impl Kernel) -> Vec<(usize, Sums<N>)> {
-        let leaves = self.nodes.iter().enumerate().filter(|(i, n)| i + 1 == n.next).map(|(_, n)| n);
-        let mut work: Vec<(&Node<N>, [Sums<N>; LEAF])> = leaves.map(|n| (n, [([0.0; N], 0.0); LEAF])).collect();
-        parallel::for_pieces(&mut work, 1, |_, piece| {
-            let (mut far, mut near) = (Vec::new(), Vec::new());
-            for (leaf, out) in piece {
-                self.lists(leaf, &mut far, &mut near);
-                simd::wide(
-                    #[inline(always)]
-                    || self.add_up(kernel, leaf, &far, &near, out),
-                );
-            }
-        });
-        let of = |(leaf, sums): &(&Node<N>, [Sums<N>; LEAF])| -> Vec<(usize, Sums<N>)> {
-            self.cells[leaf.cells.clone()].iter().zip(sums).map(|(c, s)| (c.index, *s)).collect()
-        };
-        work.iter().flat_map(of).collect()
-    }
-
-    /// What a leaf's cells see: nodes far enough to be taken as one, and leaves to be taken apart.
-    fn lists(&self, leaf: &Node<N>, far: &mut Vec<usize>, near: &mut Vec<usize>) {
-        far.clear();
-        near.clear();
-        let at = leaf.middle.mean;
-        let mut i = 0;
-        while i < self.nodes.len() {
-            let node = &self.nodes[i];
-            let size = node.radius + leaf.radius;
-            let cos: f32 = at.iter().zip(node.middle.mean).map(|(a, b)| a * b).sum();
-            // Where the kernel ends, at 90 degrees, its mean over a node is not that of its middle.
-            let cut = cos.abs() < size && node.radius > HORIZON;
-            let apart = apart(at, node.middle.mean) - leaf.radius;
-            let whole = self.cells.len() > FEW && node.radius < OPENING * apart && !cut;
-            if cos < -size {
-                i = node.next;
-            } else if whole {
-                far.push(i);
-                i = node.next;
-            } else {
-                if i + 1 == node.next {
-                    near.push(i);
-                }
-                i += 1;
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn add_up(&self, kernel: impl Kernel, leaf: &Node<N>, far: &[usize], near: &[usize], out: &mut [Sums<N>; LEAF]) {
-        let cells = &self.cells[leaf.cells.clone()];
-        let mut at = [[0f32; LEAF]; 3];
-        for (j, c) in cells.iter().enumerate() {
-            (0..3).for_each(|k| at[k][j] = c.direction[k]);
-        }
-        let (mut sums, mut norms) = ([[0f32; LEAF]; N], [0f32; LEAF]);
-        for i in far {
-            let node = &self.nodes[*i];
-            let (mut by_light, mut by_weight) = ([0f32; LEAF], [0f32; LEAF]);
-            for (moments, k) in [(&node.bright, &mut by_light), (&node.middle, &mut by_weight)] {
-                let ([mx, my, mz], [xx, yy, zz, xy, xz, yz]) = (moments.mean, moments.spread);
-                for j in 0..LEAF {
-                    let (x, y, z) = (at[0][j] - mx, at[1][j] - my, at[2][j] - mz);
-                    let q = x * x + y * y + z * z;
-                    let along = (xx * x * x + yy * y * y + zz * z * z + 2.0 * (x * (xy * y + xz * z) + yz * y * z)) / q;
-                    k[j] = kernel.mean(q, along, xx + yy + zz - along);
-                }
-            }
-            for j in 0..LEAF {
-                norms[j] += by_weight[j] * node.weight;
-            }
-            for (sum, light) in sums.iter_mut().zip(node.light) {
-                for j in 0..LEAF {
-                    sum[j] += by_light[j] * light;
-                }
-            }
-        }
-        for c in near.iter().flat_map(|i| &self.cells[self.nodes[*i].cells.clone()]) {
-            let mut k = [0f32; LEAF];
-            for j in 0..LEAF {
-                let (x, y, z) = (at[0][j] - c.direction[0], at[1][j] - c.direction[1], at[2][j] - c.direction[2]);
-                k[j] = kernel.at(x * x + y * y + z * z);
-                norms[j] += k[j] * c.weight;
-            }
-            for (sum, light) in sums.iter_mut().zip(c.light) {
-                for j in 0..LEAF {
-                    sum[j] += k[j] * light;
-                }
-            }
-        }
-        for j in 0..cells.len() {
-            out[j] = (std::array::from_fn(|c| sums[c][j]), norms[j]);
-        }
-    }
 }
 
 #[cfg(test)]

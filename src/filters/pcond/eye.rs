@@ -1,8 +1,9 @@
 //! What an eye received, and what is shown in its place: the light of a picture before any adaptation, its rods' share, and
 //! the colours after the change of white.
 
-use crate::color::{Cat, Mat3, Xy, adapt};
+use crate::color::{Cat, Mat3, Xy, adapt, matrix};
 use crate::error::printable;
+use crate::simd::GROUP;
 use crate::spectral::{Observer, builtin};
 use crate::stream::header::Adapted;
 use crate::stream::tristimulus::{integrated, tristimulus, weights};
@@ -76,6 +77,14 @@ impl Eye {
         }
     }
 
+    /// The same for whole scanlines, appended to `luminances`.
+    pub fn luminances_cd_m2(&self, data: &[f32], ncomp: usize, luminances: &mut Vec<f32>) {
+        match (ncomp, &self.undo) {
+            (3, None) => luminances.extend(data.as_chunks::<3>().0.iter().map(|p| p[1])),
+            _ => luminances.extend(data.chunks_exact(ncomp).map(|p| self.luminance_cd_m2(p))),
+        }
+    }
+
     /// Luminance seen, cd/m2, and the XYZ that is shown for it.
     #[inline(always)]
     pub fn sees(&self, pixel: &[f32]) -> (f32, [f32; 3]) {
@@ -92,6 +101,32 @@ impl Eye {
         let v = self.scotopic(pixel);
         let rods = (1.0 - cones) * v / WHITE_SCOTOPIC;
         (cones * y + rods, std::array::from_fn(|i| cones * shown[i] + rods * self.grey[i]))
+    }
+
+    /// The same for a group of XYZ, in planes.
+    #[inline(always)]
+    pub fn sees_group(&self, xyz: &[[f32; GROUP]; 3]) -> ([f32; GROUP], [[f32; GROUP]; 3]) {
+        let mut shown = self.adapt.map_or(*xyz, |m| matrix::multiply_planes(&m, xyz));
+        let mut seen = match &self.undo {
+            Some(m) => matrix::multiply_planes(m, xyz)[1],
+            None => xyz[1],
+        };
+        // By day, cones see alone.
+        if !self.rods || seen.iter().fold(true, |day, y| day & (cone_share(*y) >= 1.0)) {
+            return (seen, shown);
+        }
+        let received = self.undo.map_or(*xyz, |m| matrix::multiply_planes(&m, xyz));
+        for i in 0..GROUP {
+            let y = seen[i];
+            let cones = cone_share(y);
+            let v = mesopic::scotopic([received[0][i], received[1][i], received[2][i]]);
+            let (day, rods) = (cones >= 1.0, (1.0 - cones) * v / WHITE_SCOTOPIC);
+            seen[i] = if day { y } else { cones * y + rods };
+            for (plane, grey) in shown.iter_mut().zip(self.grey) {
+                plane[i] = if day { plane[i] } else { cones * plane[i] + rods * grey };
+            }
+        }
+        (seen, shown)
     }
 
     /// Nothing stands between a picture's XYZ and what is shown.

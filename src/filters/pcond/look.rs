@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use crate::simd;
 use crate::stream::Picture;
 use crate::tone::Histogram;
 use crate::tone::fovea::{Cells, Field, Means, Samples};
 use crate::tone::palette::Palette;
-use crate::tone::veil::{self, Scatter};
+use crate::tone::veil::{self, Scatter, Veil};
 
 use super::eye::Eye;
 use super::pixels;
@@ -74,8 +75,10 @@ impl First {
     /// Takes in whole scanlines.
     pub fn add(&mut self, data: &[f32], eye: &Eye) {
         self.row.clear();
-        self.row.extend(data.chunks_exact(self.ncomp).map(|p| eye.luminance_cd_m2(p)));
-        self.lost += self.row.iter().map(|y| u64::from(!y.is_finite())).sum::<u64>();
+        eye.luminances_cd_m2(data, self.ncomp, &mut self.row);
+        if !simd::all_within(&self.row, f32::MAX) {
+            self.lost += self.row.iter().map(|y| u64::from(!y.is_finite())).sum::<u64>();
+        }
         if let Some((light, samples)) = &mut self.light {
             match light {
                 Light::Xyz(means) => means.add(data, 3),
@@ -110,11 +113,19 @@ impl First {
     /// What was seen under the veil that the cells cast over each other.
     pub fn veiled(self, picture: Box<dyn Picture>, eye: &Eye, scatter: Scatter) -> Seen {
         let Some((light, samples)) = &self.light else { return self.plain(picture) };
-        let means: Vec<[f64; 4]> = match light {
-            Light::Xyz(means) => means.means().iter().map(|m| [m[0], m[1], m[2], 0.0]).collect(),
-            Light::WithRods(means) => means.means(),
+        let (means, veil) = match light {
+            Light::Xyz(means) => {
+                let means = means.means();
+                let veil = veil::over(scatter, &self.cells, &means, 1);
+                let four = |v: &[[f64; 3]]| v.iter().map(|v| [v[0], v[1], v[2], 0.0]).collect::<Vec<[f64; 4]>>();
+                (four(&means), Veil { light: four(&veil.light), lost: veil.lost })
+            }
+            Light::WithRods(means) => {
+                let means = means.means();
+                let veil = veil::over(scatter, &self.cells, &means, 1);
+                (means, veil)
+            }
         };
-        let veil = veil::over(scatter, &self.cells, &means, 1);
         let under = |cell: usize, own: [f64; 4]| -> [f32; 4] {
             std::array::from_fn(|k| (own[k] * (1.0 - veil.lost[cell]) + veil.light[cell][k]) as f32)
         };

@@ -3,9 +3,10 @@
 use crate::color::gamut::{self, Limit};
 use crate::color::{Cat, Mat3, Primaries, Xy, adapt, matrix};
 use crate::display::macbeth::Correction;
+use crate::simd::{self, GROUP};
 use crate::stream::{Block, Components, Header, Picture, picture};
 use crate::tone::curve::Table;
-use crate::tone::fovea::Field;
+use crate::tone::fovea::{Field, Stretch};
 use crate::{Error, Result, invalid, parallel};
 
 use super::eye::Eye;
@@ -20,10 +21,10 @@ pub enum Factor {
 
 impl Factor {
     #[inline(always)]
-    fn of(&self, luminance_cd_m2: f32) -> f32 {
+    fn of<const M: usize>(&self, luminances_cd_m2: &[f32; M]) -> [f32; M] {
         match self {
-            Factor::Fixed(f) => *f,
-            Factor::Table(t) => t.factor(luminance_cd_m2),
+            Factor::Fixed(f) => [*f; M],
+            Factor::Table(t) => t.factors(luminances_cd_m2),
         }
     }
 }
@@ -38,19 +39,36 @@ pub fn mapped(
 ) -> Box<dyn Picture> {
     if input.header().ncomp == 3 && eye.is_plain() && fits.is_none() {
         return picture::map_on_all_threads(input, header, move |pixels| {
-            for pixel in pixels.chunks_exact_mut(3) {
-                let factor = factor.of(pixel[1]);
-                // A colour without light, or one that is not a number, is black.
-                pixel.iter_mut().for_each(|x| *x = if x.is_finite() { *x * factor } else { 0.0 });
-            }
+            matrix::for_planes(
+                pixels,
+                #[inline(always)]
+                |p| {
+                    let factors = factor.of(&p[1]);
+                    for plane in p.iter_mut() {
+                        for i in 0..GROUP {
+                            // A colour without light, or one that is not a number, is black.
+                            plane[i] = if plane[i].abs() < f32::INFINITY { plane[i] * factors[i] } else { 0.0 };
+                        }
+                    }
+                },
+            );
         });
     }
     let ncomp = input.header().ncomp;
     let fits = fits.map(|m| m.to_f32());
+    if ncomp == 3 {
+        return picture::map_on_all_threads(input, header, move |pixels| {
+            matrix::for_planes(
+                pixels,
+                #[inline(always)]
+                |p| map_group(p, &eye, &factor, fits.as_ref()),
+            );
+        });
+    }
     picture::map_across(input, header, move |from, to| {
         for (pixel, out) in from.chunks_exact(ncomp).zip(to.chunks_exact_mut(3)) {
             let (luminance, shown) = eye.sees(pixel);
-            let mut factor = factor.of(luminance);
+            let [mut factor] = factor.of(&[luminance]);
             if let Some(m) = &fits {
                 let largest =
                     m.iter().map(|r| r[0] * shown[0] + r[1] * shown[1] + r[2] * shown[2]).fold(0f32, f32::max);
@@ -60,6 +78,25 @@ pub fn mapped(
             out.copy_from_slice(&if all.iter().all(|x| x.is_finite()) { all } else { [0.0; 3] });
         }
     })
+}
+
+/// Maps a group of XYZ, as [`mapped`].
+#[inline(always)]
+fn map_group(p: &mut [[f32; GROUP]; 3], eye: &Eye, factor: &Factor, fits: Option<&[[f32; 3]; 3]>) {
+    let (luminances, shown) = eye.sees_group(p);
+    let mut factors = factor.of(&luminances);
+    if let Some(m) = fits {
+        let rgb = matrix::multiply_planes(m, &shown);
+        for i in 0..GROUP {
+            let largest = rgb[0][i].max(0.0).max(rgb[1][i]).max(rgb[2][i]);
+            factors[i] = if largest * factors[i] > 1.0 { 1.0 / largest } else { factors[i] };
+        }
+    }
+    for i in 0..GROUP {
+        let all = [shown[0][i] * factors[i], shown[1][i] * factors[i], shown[2][i] * factors[i]];
+        let finite = all[0].abs() < f32::INFINITY && all[1].abs() < f32::INFINITY && all[2].abs() < f32::INFINITY;
+        (0..3).for_each(|k| p[k][i] = if finite { all[k] } else { 0.0 });
+    }
 }
 
 /// Light scattered in the eye, over a picture of XYZ, or XYZ and scotopic luminance.
@@ -89,12 +126,14 @@ impl Picture for Veiled {
         parallel::for_pieces(&mut block.data, floats, |row, piece| {
             for (i, line) in piece.chunks_exact_mut(floats).enumerate() {
                 let values = veil.scanline(first + row + i);
-                for (x, pixel) in line.chunks_exact_mut(n).enumerate() {
-                    let v = veil.at(&values, x);
-                    for (c, value) in pixel.iter_mut().enumerate() {
-                        *value += v[c] - v[4] * *value;
-                    }
-                }
+                simd::wide(
+                    #[inline(always)]
+                    || match n {
+                        3 => add_veil::<3>(veil, &values, line),
+                        4 => add_veil::<4>(veil, &values, line),
+                        _ => {}
+                    },
+                );
             }
         });
         self.row += block.rows;
@@ -104,6 +143,20 @@ impl Picture for Veiled {
     fn rewind(&mut self) -> Result<bool> {
         self.row = 0;
         self.input.rewind()
+    }
+}
+
+/// Puts the veil over a scanline.
+#[inline(always)]
+fn add_veil<const N: usize>(veil: &Field<5>, values: &[[f32; 5]], line: &mut [f32]) {
+    let line = line.as_chunks_mut::<N>().0;
+    for Stretch { pixels, start, step, shares } in veil.along(values) {
+        for (pixel, t) in line[pixels].iter_mut().zip(shares) {
+            let lost = start[4] + t * step[4];
+            for c in 0..N {
+                pixel[c] += start[c] + t * step[c] - lost * pixel[c];
+            }
+        }
     }
 }
 
