@@ -48,10 +48,12 @@ fn retina_all(y: &[f32]) -> Vec<f64> {
     let mut all = Vec::with_capacity(y.len());
     for (row, line) in y.chunks(WIDTH).enumerate() {
         let values = field.scanline(row);
-        all.extend(line.iter().enumerate().map(|(x, y)| {
-            let [added, lost] = field.at(&values, x).map(f64::from);
-            f64::from(*y) * (1.0 - lost) + added
-        }));
+        for stretch in field.along(&values) {
+            for (x, share) in stretch.pixels.clone().zip(stretch.shares) {
+                let [added, lost] = [0, 1].map(|k| f64::from(stretch.start[k] + share * stretch.step[k]));
+                all.push(f64::from(line[x]) * (1.0 - lost) + added);
+            }
+        }
     }
     all
 }
