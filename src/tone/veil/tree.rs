@@ -359,13 +359,9 @@ impl<const N: usize> Tree<N> {
                     k[j] = kernel.mean(q, along, xx + yy + zz);
                 }
             }
-            for j in 0..LEAF {
-                sums.weight[j] += by_weight[j] * node.weight;
-            }
+            sums.weight.iter_mut().zip(by_weight).for_each(|(sum, k)| *sum += k * node.weight);
             for (sum, light) in sums.light.iter_mut().zip(node.light) {
-                for j in 0..LEAF {
-                    sum[j] += by_light[j] * light;
-                }
+                sum.iter_mut().zip(by_light).for_each(|(sum, k)| *sum += k * light);
             }
         }
     }
