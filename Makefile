@@ -63,7 +63,7 @@ docs/encodings.md: examples/paper_encodings.rs $(wildcard examples/encodings/*) 
 # The paper's Figures 3 to 8 from one render of the control tower: out/paper/tone.html shows them side by side.
 TONE := out/paper
 TONE_SAMPLES ?= 256
-LINEAR ?= -e 0.18
+LINEAR ?= -l
 VISIBILITY ?= -h
 PRINT ?= --print --display print
 NAMED = --curve "linear, clamped=$(TONE)/linear.map" --curve "visibility=$(TONE)/visibility.map" --curve "print=$(TONE)/print.map"

@@ -252,11 +252,6 @@ impl Pcond {
         super::display_range(self.display.as_ref(), self.ldmax, self.lddyn)
     }
 
-    /// World luminances to show a map over when the picture has none.
-    fn whole(&self, display: Display) -> (f64, f64) {
-        (display.min_cd_m2, display.max_cd_m2)
-    }
-
     /// The primaries that colours have to fit.
     fn primaries(&self) -> Primaries {
         self.to.or(self.display.as_ref().map(|d| d.primaries)).unwrap_or(Primaries::BT709)
@@ -420,37 +415,31 @@ impl Filter for Pcond {
         let (eye, input, mut header) = Eye::of(input, self.shown_white()?, self.on(self.mesopic))?;
         header.display = Some([display.min_cd_m2, display.max_cd_m2]);
         let (cells, assumed) = Cells::of(input.header());
-        let decides = (self.exposure.is_none() || self.map.is_some()) && self.histogram.is_none();
+        let decides = self.exposure.is_none() && self.histogram.is_none();
         let looks = decides || self.on(self.veil) || self.on(self.acuity) || self.rule().needs_palette();
         if assumed && looks {
             run.notes.add("no VIEW line with an angle of view: taking 40 degrees on the long side");
         }
         let seen = if looks { self.look(input, &eye, &cells, run)? } else { Seen::nothing(input) };
-        // A linear operator has no black of its own: what the display shows is its black and the picture's light.
         let contrast = self.surround.exponent();
-        let straight = |factor: f64| {
-            move |world: f64| {
-                let share = (factor * world).clamp(0.0, 1.0).powf(contrast);
-                display.min_cd_m2 + share * (display.max_cd_m2 - display.min_cd_m2)
-            }
-        };
         if let Some(stops) = &self.exposure {
             let factor = stops.factor / RADIANCE_EFFICACY;
             header.lines.push(format!("MAPPED_EXPOSURE={:.4e}", stops.factor).into_bytes());
-            self.write_map(straight(factor), seen.pixels.range_cd_m2().unwrap_or(self.whole(display)))?;
             let curve = Curve::linear(factor * display.max_cd_m2, display).with_contrast(contrast);
             let factor = if contrast == 1.0 { Factor::Fixed(factor as f32) } else { Factor::Table(curve.table()) };
             return self.show(seen, eye, cells, header, factor);
         }
         let Some((curve, histogram)) = self.curve(&seen, &cells, display, run)? else {
-            self.write_map(|_| display.min_cd_m2, self.whole(display))?;
+            self.write_map(|_| display.min_cd_m2, (display.min_cd_m2, display.max_cd_m2))?;
             return self.show(seen, eye, cells, header, Factor::Fixed(0.0));
         };
-        let range = histogram.range_cd_m2().unwrap_or(self.whole(display));
+        let range = histogram.range_cd_m2().unwrap_or((display.min_cd_m2, display.max_cd_m2));
         let factor = if self.linear && contrast == 1.0 && self.previous.is_none() {
             let factor = adjust::exposure(&histogram, display, &Scale::Ratio).exp() / display.max_cd_m2;
             header.lines.push(format!("MAPPED_EXPOSURE={:.4e}", factor * RADIANCE_EFFICACY).into_bytes());
-            self.write_map(straight(factor), range)?;
+            // A linear operator has no black of its own: what the display shows is its black and the picture's light.
+            let over_black = |world: f64| (factor * world).min(1.0) * (display.max_cd_m2 - display.min_cd_m2);
+            self.write_map(|world| display.min_cd_m2 + over_black(world), range)?;
             Factor::Fixed(factor as f32)
         } else {
             self.write_map(|world| curve.at(world), range)?;
