@@ -8,7 +8,6 @@ mod beside;
 mod peak;
 mod picture;
 
-use std::path::Path;
 use std::process::Command;
 
 use beside::{Row, Shell, compare, median, processor, ratio};
@@ -20,13 +19,8 @@ const RUNS: usize = 11;
 fn main() -> std::io::Result<()> {
     // `cargo test --benches` runs this too; one run then shows that it works.
     let runs = if std::env::args().any(|a| a == "--bench") { RUNS } else { 1 };
-    let ram = Path::new("/dev/shm");
-    let folder = if ram.is_dir() { tempfile::tempdir_in(ram)? } else { tempfile::tempdir()? };
-    let dir = folder.path();
-    let bin = Path::new(env!("CARGO_BIN_EXE_ra_rgbe")).parent().expect("a program lies in a folder");
-    let radiance = std::env::var("RADIANCE_BIN").unwrap_or_default();
-    let path = format!("{}:{radiance}:{}", bin.display(), std::env::var("PATH").unwrap_or_default());
-    let shell = Shell { dir: dir.to_path_buf(), path };
+    let shell = Shell::new()?;
+    let (dir, bin) = (shell.folder.path(), &shell.bin);
     picture::write(&dir.join("big.lux"), WIDTH, HEIGHT)?;
     picture::write(&dir.join("tall.lux"), WIDTH, 4 * HEIGHT)?;
     for command in [

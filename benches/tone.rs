@@ -7,7 +7,6 @@ mod beside;
 mod peak;
 mod picture;
 
-use std::path::Path;
 use std::process::Command;
 
 use beside::{Row, Shell, compare, processor};
@@ -20,13 +19,10 @@ const RUNS: usize = 7;
 fn main() -> std::io::Result<()> {
     // `cargo test --benches` runs this too; one run then shows that it works.
     let runs = if std::env::args().any(|a| a == "--bench") { RUNS } else { 1 };
-    let ram = Path::new("/dev/shm");
-    let folder = if ram.is_dir() { tempfile::tempdir_in(ram)? } else { tempfile::tempdir()? };
-    let dir = folder.path();
-    let bin = Path::new(env!("CARGO_BIN_EXE_pcond")).parent().expect("a program lies in a folder");
+    let shell = Shell::new()?;
+    let (dir, bin) = (shell.folder.path(), &shell.bin);
+    // By its whole path: ours has the same name.
     let radiance = std::env::var("RADIANCE_BIN").unwrap_or_default();
-    let path = format!("{}:{radiance}:{}", bin.display(), std::env::var("PATH").unwrap_or_default());
-    let shell = Shell { dir: dir.to_path_buf(), path };
     picture::write(&dir.join("big.lux"), WIDTH, HEIGHT)?;
     picture::write(&dir.join("tall.lux"), WIDTH, 4 * HEIGHT)?;
     picture::write(&dir.join("square.lux"), FISHEYE, FISHEYE)?;
@@ -52,7 +48,7 @@ fn main() -> std::io::Result<()> {
     for (what, options, file, bound) in rows {
         let pixels = if file == "big.hdr" { WIDTH * HEIGHT } else { FISHEYE * FISHEYE } as f64;
         let ours = format!("pcond --threads 1 --quiet {options} {file}");
-        let peer = if radiance.is_empty() { String::new() } else { format!("{radiance}/pcond {options} {file}") };
+        let peer = if radiance.is_empty() { String::new() } else { format!("{}/pcond {options} {file}", radiance) };
         let runs = if what.starts_with("fish") { runs.min(3) } else { runs };
         compare(&shell, &Row { what, ours, peer, bound, pixels }, runs);
     }

@@ -41,12 +41,8 @@ fn grey(width: usize, height: usize, line: &str, y: impl Fn(usize, usize) -> f64
 }
 
 fn xyz(width: usize, height: usize, line: &str, floats: &[f32]) -> Vec<u8> {
-    let header = format!(
-        "#?RADIANCE\n{line}\nNCOMP=3\nCOMPONENTS=XYZ\nUNITS=cd/m2\nBigEndian=0\nFORMAT=float\n\n-Y {height} +X {width}\n"
-    );
-    let mut bytes = header.into_bytes();
-    floats.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
-    bytes
+    let lines = format!("{line}\nNCOMP=3\nCOMPONENTS=XYZ\nUNITS=cd/m2");
+    stream(&lines, &format!("-Y {height} +X {width}"), floats)
 }
 
 /// Runs pcond and returns what it wrote and said.
@@ -398,6 +394,22 @@ fn frames_share_a_map_and_change_slowly() {
     assert_eq!(piped, named);
     fails("pcond", &["-I"], &histogram, 2, "standard input");
     fails("picinfo", &["--histogram", a, b], b"", 2, "--also");
+    // What vonkries did is undone for it, as pcond undoes it.
+    let red = xyz(
+        8,
+        8,
+        VIEW,
+        &[2.0, 1.0, 0.1].repeat(64).iter().enumerate().map(|(i, x)| 1.013 * x * (1 + i / 3) as f32).collect::<Vec<_>>(),
+    );
+    let adapted = stdout_of("vonkries", &["--from", "A", "--to", "D65"], &red);
+    let mean = |input: &[u8]| -> f64 {
+        let text = String::from_utf8(stdout_of("picinfo", &["--histogram"], input)).unwrap();
+        let rows = text.lines().map(|l| l.split_once(' ').unwrap());
+        let rows = rows.map(|(l, n)| (l.parse::<f64>().unwrap(), n.parse::<f64>().unwrap()));
+        let (sum, total) = rows.fold((0.0, 0.0), |s, (l, n)| (s.0 + l * n, s.1 + n));
+        sum / total
+    };
+    assert!((mean(&red) - mean(&adapted)).abs() < 1e-3);
     // A tenth of a stop a frame, then a limit that does not bind.
     let before = scratch("before.map");
     let path = before.to_str().unwrap();

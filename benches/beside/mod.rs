@@ -1,7 +1,7 @@
 //! Commands beside a peer's in one run: CPU seconds, medians of neighbouring runs.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// One comparison: our command, a peer's, how many times faster ours must be.
@@ -18,20 +18,32 @@ pub struct Row {
     pub pixels: f64,
 }
 
-/// Where commands run, and where programs are found.
+/// Where commands run, and where programs are found: ours first, then those of the folder RADIANCE_BIN.
 pub struct Shell {
-    /// Folder the commands run in.
-    pub dir: PathBuf,
+    /// Folder the commands run in, in memory where there is such.
+    pub folder: tempfile::TempDir,
+    /// Folder of our programs.
+    pub bin: PathBuf,
     /// Search path.
     pub path: String,
 }
 
 impl Shell {
+    /// In an empty folder.
+    pub fn new() -> std::io::Result<Shell> {
+        let ram = Path::new("/dev/shm");
+        let folder = if ram.is_dir() { tempfile::tempdir_in(ram)? } else { tempfile::tempdir()? };
+        let bin = Path::new(env!("CARGO_BIN_EXE_luxpipe")).parent().expect("a program lies in a folder").to_path_buf();
+        let radiance = std::env::var("RADIANCE_BIN").unwrap_or_default();
+        let path = format!("{}:{radiance}:{}", bin.display(), std::env::var("PATH").unwrap_or_default());
+        Ok(Shell { folder, bin, path })
+    }
+
     /// CPU and wall seconds of a command; `None` where it is not there or fails.
     pub fn run(&self, command: &str) -> Option<(f64, f64)> {
         let line = format!("TIMEFORMAT='%3U %3S %3R'; time {command} 2>/dev/null >/dev/null");
         let mut bash = Command::new("bash");
-        let output = bash.args(["-c", &line]).current_dir(&self.dir).env("PATH", &self.path).output().ok()?;
+        let output = bash.args(["-c", &line]).current_dir(self.folder.path()).env("PATH", &self.path).output().ok()?;
         let text = String::from_utf8(output.stderr).ok().filter(|_| output.status.success())?;
         let numbers: Option<Vec<f64>> = text.split_whitespace().map(|n| n.parse().ok()).collect();
         match numbers.as_deref() {

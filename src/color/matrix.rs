@@ -59,6 +59,12 @@ impl Mat3 {
     }
 }
 
+/// m x v of one pixel.
+#[inline(always)]
+pub fn multiply(m: &[[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
+    m.map(|r| r[0] * v[0] + r[1] * v[1] + r[2] * v[2])
+}
+
 /// Hands pixel-interleaved triples to `f` as planes of [`GROUP`] values, a short last group padded with zeros.
 ///
 /// `f` is compiled for the widest instruction set; it must be inlineable. `triples.len()` is a multiple of 3.

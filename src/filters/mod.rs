@@ -62,6 +62,17 @@ fn check_master(header: &Header, force: bool) -> Result<()> {
     Ok(())
 }
 
+/// Tone mapping begins with light of a scene.
+fn check_scene(header: &Header) -> Result<()> {
+    match header.units {
+        Units::Display => invalid!("the picture is display-referred already (UNITS=display)"),
+        Units::Relative => {
+            invalid!("the picture is relative (UNITS=relative); a scene has cd/m2, say so with --units cd/m2")
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Black and white of a display by name, or by `--ldmax` and `--lddyn`.
 fn display_range(display: Option<&medium::Display>, ldmax: f64, lddyn: f64) -> Result<tone::Display> {
     if let Some(d) = display {

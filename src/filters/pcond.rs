@@ -24,15 +24,16 @@ use crate::display::macbeth::Correction;
 use crate::filter::{Filter, Product, Run};
 use crate::options::ReadOptions;
 use crate::stream::output::Output;
-use crate::stream::{Picture, Units, spool};
+use crate::stream::{Picture, spool};
 use crate::tone::fovea::{Attention, Cells, Field};
 use crate::tone::veil::Scatter;
 use crate::tone::{Curve, Display, Histogram, Scale, acuity, adjust};
 use crate::units::RADIANCE_EFFICACY;
-use crate::{Error, Result, clap_defaults, invalid, string_serde, usage};
+use crate::{Error, Result, clap_defaults, string_serde, usage};
 
 pub use arguments::rewrite;
 use eye::Eye;
+pub use look::histogram;
 use look::{First, Seen};
 use pixels::Factor;
 use rule::Rule;
@@ -312,10 +313,7 @@ impl Pcond {
         if first.lost > 0 {
             run.notes.add(format!("{} pixels with a luminance that is not finite became black", first.lost));
         }
-        Ok(match veil {
-            Some(scatter) => first.veiled(picture, eye, scatter),
-            None => first.plain(picture),
-        })
+        Ok(first.seen(picture, eye))
     }
 
     /// The map, and the range of world luminances it was made for.
@@ -404,12 +402,7 @@ impl Filter for Pcond {
 
     fn start(self, input: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
         let input = input.ok_or_else(|| Error::Usage("expected a picture".into()))?;
-        if input.header().units == Units::Display {
-            return invalid!("the picture is display-referred already (UNITS=display)");
-        }
-        if input.header().units == Units::Relative {
-            return invalid!("the picture is relative (UNITS=relative); a scene has cd/m2, say so with --units cd/m2");
-        }
+        super::check_scene(input.header())?;
         self.check()?;
         let display = self.range()?;
         let (eye, input, mut header) = Eye::of(input, self.shown_white()?, self.on(self.mesopic))?;

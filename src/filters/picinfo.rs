@@ -11,13 +11,13 @@ use crate::codec::{self, Reading};
 use crate::color::{Primaries, Xy};
 use crate::error::printable;
 use crate::filter::{Filter, Product, Run};
+use crate::filters::pcond;
 use crate::json::Json;
 use crate::options::ReadOptions;
 use crate::stream::meaning::Overrides;
 use crate::stream::output::Output;
-use crate::stream::{Block, Components, Header, Picture, Units, reader, tristimulus};
+use crate::stream::{Block, Components, Header, Picture, Units, reader};
 use crate::tone::Histogram;
-use crate::tone::fovea::{Attention, Cells, Means};
 use crate::{Error, Result, usage};
 
 /// Options of `picinfo`.
@@ -169,18 +169,7 @@ fn seen(picture: Box<dyn Picture>) -> Result<Histogram> {
     if picture.header().units == Units::Display {
         return crate::invalid!("the picture is display-referred; a histogram is the world's");
     }
-    let mut picture = tristimulus(picture)?;
-    let (cells, _) = Cells::of(picture.header());
-    let (mut means, mut pixels) = (Means::<1>::new(&cells), Histogram::default());
-    let (mut block, mut row) = (Block::default(), Vec::new());
-    while picture.next(&mut block)? {
-        row.clear();
-        row.extend(block.data.chunks_exact(3).map(|p| p[1]));
-        means.add(&row, 1);
-        pixels.add_all(&row);
-    }
-    let means: Vec<f64> = means.means().iter().map(|m| m[0].max(0.0)).collect();
-    Ok(Attention::default().histogram(&cells, &means, &pixels))
+    pcond::histogram(picture)
 }
 
 /// What all pixels of a picture say.

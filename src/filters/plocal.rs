@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum, ValueHint};
 use serde::{Deserialize, Serialize};
 
 use crate::clap_defaults;
-use crate::color::Primaries;
+use crate::color::{Primaries, matrix};
 use crate::display as medium;
 use crate::filter::{Filter, Product, Run};
 use crate::options::Size;
@@ -154,10 +154,6 @@ enum Colour {
     Exponent { exponent: f32, rgb: [[f32; 3]; 3], xyz: [[f32; 3]; 3] },
 }
 
-fn times(m: &[[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
-    m.map(|r| r[0] * v[0] + r[1] * v[1] + r[2] * v[2])
-}
-
 impl Colour {
     fn new(exponent: f64) -> Colour {
         let p = Primaries::BT709;
@@ -173,8 +169,8 @@ impl Colour {
     fn apply(&self, pixel: &mut [f32], share: f32) {
         let mut relative = [pixel[0] / pixel[1], 1.0, pixel[2] / pixel[1]];
         if let Colour::Exponent { exponent, rgb, xyz } = self {
-            let power = times(rgb, relative).map(|c| c.abs().powf(*exponent).copysign(c));
-            let [x, y, z] = times(xyz, power);
+            let power = matrix::multiply(rgb, relative).map(|c| c.abs().powf(*exponent).copysign(c));
+            let [x, y, z] = matrix::multiply(xyz, power);
             if y > 1e-6 && (x / y).is_finite() && (z / y).is_finite() {
                 relative = [x / y, 1.0, z / y];
             }
@@ -265,12 +261,7 @@ impl Filter for Plocal {
 
     fn start(self, input: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
         let input = input.ok_or_else(|| Error::Usage("expected a picture".into()))?;
-        if input.header().units == Units::Display {
-            return invalid!("the picture is display-referred already (UNITS=display)");
-        }
-        if input.header().units == Units::Relative {
-            return invalid!("the picture is relative (UNITS=relative); a scene has cd/m2, say so with --units cd/m2");
-        }
+        super::check_scene(input.header())?;
         let (display, amount) = (self.range()?, self.amount()?);
         let input = tristimulus(input)?;
         let method = self.method(input.header())?;

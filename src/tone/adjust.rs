@@ -27,8 +27,8 @@ const ADJUSTED_ABOVE: f64 = 0.30;
 const GIVE: f64 = 3.0;
 
 /// The shift on `scale` of the map that keeps all contrast. The mean of ln L goes to the middle of the display's range, or by
-/// visibility as many steps over darkness as it has in the world when those are fewer, so that night stays dark. A scene that fits the display is shifted
-/// until all of it shows; one that is too long by x may stick out by up to 3 x more than it must.
+/// visibility as many steps over darkness as it has in the world when those are fewer, so that night stays dark. A scene that
+/// fits the display is shifted until all of it shows; one that is too long by x may stick out by up to 3 x more than it must.
 pub fn exposure(histogram: &Histogram, display: Display, scale: &Scale) -> f64 {
     let Some((low, high)) = histogram.range_cd_m2() else { return 0.0 };
     let mean = histogram.mean_ln();

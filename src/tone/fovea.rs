@@ -171,11 +171,14 @@ impl<const N: usize> Field<N> {
 }
 
 /// Pixels of a scanline over which a [`Field`] is linear: at each `start` and its share of `step`.
-#[allow(missing_docs)]
 pub struct Stretch<'a, const N: usize> {
+    /// Their places in the scanline.
     pub pixels: Range<usize>,
+    /// The value at a share of 0.
     pub start: [f32; N],
+    /// What a share of 1 adds.
     pub step: [f32; N],
+    /// A share for each pixel.
     pub shares: &'a [f32],
 }
 

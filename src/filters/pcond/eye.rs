@@ -29,14 +29,7 @@ impl Eye {
     /// white it is to be shown with, from that of its header. The header is that of what is shown.
     pub fn of(input: Box<dyn Picture>, to: Option<Xy>, rods: bool) -> Result<(Eye, Box<dyn Picture>, Header)> {
         let header = input.header();
-        let undo = match &header.adapted {
-            Some(a) => {
-                let m = before(a)?;
-                m.inverse().ok_or_else(|| Error::Invalid("ADAPTED: the adaptation has no inverse".into()))?
-            }
-            None => Mat3::IDENTITY,
-        };
-        let undo = header.adapted.as_ref().map(|_| undo.to_f32());
+        let undo = header.adapted.as_ref().map(undoing).transpose()?.map(|m| m.to_f32());
         let mut shown = header.clone();
         let mut change = None;
         if let Some(to) = to {
@@ -49,7 +42,7 @@ impl Eye {
             shown.white = Some(to);
         }
         shown.become_tristimulus(Components::Xyz, Units::Display);
-        let white = shown.white.unwrap_or(Xy { x: 1.0 / 3.0, y: 1.0 / 3.0 });
+        let white = shown.white.unwrap_or(Xy::E);
         let grey = white.xyz().map(|x| x as f32);
         let spectrum = matches!(header.components, Components::Spectrum | Components::Stokes);
         let picture = if rods && spectrum { with_scotopic(input)? } else { tristimulus(input)? };
@@ -63,7 +56,7 @@ impl Eye {
             Some(v) => *v,
             None => {
                 let xyz = [pixel[0], pixel[1], pixel[2]];
-                mesopic::scotopic(self.undo.map_or(xyz, |m| times(&m, xyz)))
+                mesopic::scotopic(self.undo.map_or(xyz, |m| matrix::multiply(&m, xyz)))
             }
         }
     }
@@ -89,7 +82,7 @@ impl Eye {
     #[inline(always)]
     pub fn sees(&self, pixel: &[f32]) -> (f32, [f32; 3]) {
         let xyz = [pixel[0], pixel[1], pixel[2]];
-        let shown = self.adapt.map_or(xyz, |m| times(&m, xyz));
+        let shown = self.adapt.map_or(xyz, |m| matrix::multiply(&m, xyz));
         if !self.rods {
             return (self.luminance_cd_m2(pixel), shown);
         }
@@ -135,16 +128,12 @@ impl Eye {
     }
 }
 
-#[inline(always)]
-fn times(m: &[[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
-    m.map(|r| r[0] * v[0] + r[1] * v[1] + r[2] * v[2])
-}
-
-/// What the adaptation that a header notes did.
-fn before(a: &Adapted) -> Result<Mat3> {
+/// Undoes the adaptation that a header notes.
+fn undoing(a: &Adapted) -> Result<Mat3> {
     let unknown = |_| Error::Invalid(format!("ADAPTED: no adaptation is named '{}'", printable(a.cat.as_bytes())));
     let cat = <Cat as clap::ValueEnum>::from_str(&a.cat, true).map_err(unknown)?;
-    adapt::von_kries(cat, a.from, a.to, a.degree)
+    let done = adapt::von_kries(cat, a.from, a.to, a.degree)?;
+    done.inverse().ok_or_else(|| Error::Invalid("ADAPTED: the adaptation has no inverse".into()))
 }
 
 /// A spectrum as XYZ and scotopic luminance, 1700 lm/W by V'(lambda).

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use crate::Result;
 use crate::simd;
-use crate::stream::Picture;
+use crate::stream::{Block, Picture};
 use crate::tone::Histogram;
-use crate::tone::fovea::{Cells, Field, Means, Samples};
+use crate::tone::fovea::{Attention, Cells, Field, Means, Samples};
 use crate::tone::palette::Palette;
 use crate::tone::veil::{self, Scatter, Veil};
 
@@ -35,38 +36,45 @@ impl Seen {
 pub struct First {
     ncomp: usize,
     cells: Arc<Cells>,
-    luminance: Means<1>,
-    /// Of pictures to be veiled: light of the cells, and pixels to be veiled.
-    light: Option<(Light, Samples)>,
+    light: Light,
     pixels: Histogram,
-    palette: Option<Palette>,
-    /// As Radiance's pcond, whose veil lies over the cells' half of the histogram alone.
-    bare: bool,
+    palette: Palette,
+    /// Colours are asked for.
+    colours: bool,
     /// Pixels whose luminance is not finite.
     pub lost: u64,
     row: Vec<f32>,
 }
 
+/// Light of the cells: all of it where it is to be scattered.
 enum Light {
-    Xyz(Means<3>),
-    WithRods(Means<4>),
+    Luminance(Means<1>),
+    Xyz(Means<3>, Scattered),
+    WithRods(Means<4>, Scattered),
+}
+
+/// How light is to scatter, and the pixels that are to be seen under it.
+struct Scattered {
+    scatter: Scatter,
+    samples: Samples,
 }
 
 impl First {
     /// Nothing seen yet.
     pub fn new(ncomp: usize, cells: &Arc<Cells>, veil: Option<Scatter>, colours: bool) -> First {
-        let light = || match ncomp {
-            3 => Light::Xyz(Means::new(cells)),
-            _ => Light::WithRods(Means::new(cells)),
+        let scattered = veil.map(|scatter| Scattered { scatter, samples: Samples::new(cells) });
+        let light = match (scattered, ncomp) {
+            (None, _) => Light::Luminance(Means::new(cells)),
+            (Some(s), 3) => Light::Xyz(Means::new(cells), s),
+            (Some(s), _) => Light::WithRods(Means::new(cells), s),
         };
         First {
             ncomp,
             cells: cells.clone(),
-            luminance: Means::new(cells),
-            light: veil.map(|_| (light(), Samples::new(cells))),
-            bare: veil == Some(Scatter::Classic),
+            light,
             pixels: Histogram::default(),
-            palette: colours.then(Palette::default),
+            palette: Palette::default(),
+            colours,
             lost: 0,
             row: Vec::new(),
         }
@@ -79,51 +87,54 @@ impl First {
         if !simd::all_within(&self.row, f32::MAX) {
             self.lost += self.row.iter().map(|y| u64::from(!y.is_finite())).sum::<u64>();
         }
-        if let Some((light, samples)) = &mut self.light {
-            match light {
-                Light::Xyz(means) => means.add(data, 3),
-                Light::WithRods(means) => means.add(data, self.ncomp),
+        let scattered = match &mut self.light {
+            Light::Luminance(means) => {
+                means.add(&self.row, 1);
+                None
             }
-            samples.add(data, self.ncomp, &self.row);
-            if self.bare {
-                self.pixels.add_all(&self.row);
+            Light::Xyz(means, s) => {
+                means.add(data, 3);
+                Some(s)
             }
-            return;
+            Light::WithRods(means, s) => {
+                means.add(data, self.ncomp);
+                Some(s)
+            }
+        };
+        if let Some(s) = scattered {
+            s.samples.add(data, self.ncomp, &self.row);
+            // The veil of Radiance's pcond lies over the cells' half of the histogram alone.
+            if s.scatter != Scatter::Classic {
+                return;
+            }
         }
-        self.luminance.add(&self.row, 1);
         self.pixels.add_all(&self.row);
-        if let Some(palette) = &mut self.palette {
+        if self.colours {
             for pixel in data.chunks_exact(self.ncomp) {
                 let (luminance, shown) = eye.sees(pixel);
-                palette.add(luminance, shown);
+                self.palette.add(luminance, shown);
             }
         }
     }
 
-    /// What was seen, without a veil.
-    pub fn plain(self, picture: Box<dyn Picture>) -> Seen {
-        Seen {
-            picture,
-            cells_cd_m2: self.luminance.means().iter().map(|m| m[0].max(0.0)).collect(),
-            pixels: self.pixels,
-            palette: self.palette.unwrap_or_default(),
-        }
-    }
-
-    /// What was seen under the veil that the cells cast over each other.
-    pub fn veiled(self, picture: Box<dyn Picture>, eye: &Eye, scatter: Scatter) -> Seen {
-        let Some((light, samples)) = &self.light else { return self.plain(picture) };
-        let (means, veil) = match light {
-            Light::Xyz(means) => {
+    /// What was seen, under the veil that the cells cast over each other where light scatters.
+    pub fn seen(self, picture: Box<dyn Picture>, eye: &Eye) -> Seen {
+        let mut palette = self.palette;
+        let (means, veil, Scattered { scatter, samples }) = match self.light {
+            Light::Luminance(means) => {
+                let cells_cd_m2 = means.means().iter().map(|m| m[0].max(0.0)).collect();
+                return Seen { picture, cells_cd_m2, pixels: self.pixels, palette };
+            }
+            Light::Xyz(means, s) => {
                 let means = means.means();
-                let veil = veil::over(scatter, &self.cells, &means, 1);
+                let veil = veil::over(s.scatter, &self.cells, &means, 1);
                 let four = |v: &[[f64; 3]]| v.iter().map(|v| [v[0], v[1], v[2], 0.0]).collect::<Vec<[f64; 4]>>();
-                (four(&means), Veil { light: four(&veil.light), lost: veil.lost })
+                (four(&means), Veil { light: four(&veil.light), lost: veil.lost }, s)
             }
-            Light::WithRods(means) => {
+            Light::WithRods(means, s) => {
                 let means = means.means();
-                let veil = veil::over(scatter, &self.cells, &means, 1);
-                (means, veil)
+                let veil = veil::over(s.scatter, &self.cells, &means, 1);
+                (means, veil, s)
             }
         };
         let under = |cell: usize, own: [f64; 4]| -> [f32; 4] {
@@ -131,12 +142,11 @@ impl First {
         };
         let luminance = |cell: usize, own: [f64; 4]| eye.luminance_cd_m2(&under(cell, own));
         let cells_cd_m2 = (0..means.len()).map(|i| f64::from(luminance(i, means[i])).max(0.0)).collect();
-        let mut palette = self.palette;
         let mut pixels = Histogram::default();
         for (cell, own) in samples.picked() {
             let seen = under(*cell as usize, own.map(f64::from));
             pixels.add(eye.luminance_cd_m2(&seen), 1.0);
-            if let Some(palette) = &mut palette {
+            if self.colours {
                 let (luminance, shown) = eye.sees(&seen[..self.ncomp]);
                 palette.add(luminance, shown);
             }
@@ -157,7 +167,20 @@ impl First {
             [l[0], l[1], l[2], l[3], veil.lost[i]].map(|x| x as f32)
         };
         let field = Field::new(self.cells.clone(), (0..means.len()).map(added).collect());
-        let pixels = if self.bare { self.pixels } else { pixels };
-        Seen { picture: pixels::veiled(picture, field), cells_cd_m2, pixels, palette: palette.unwrap_or_default() }
+        let pixels = if scatter == Scatter::Classic { self.pixels } else { pixels };
+        Seen { picture: pixels::veiled(picture, field), cells_cd_m2, pixels, palette }
     }
+}
+
+/// The histogram that pcond would take of a picture that nothing but its header is known of.
+pub fn histogram(picture: Box<dyn Picture>) -> Result<Histogram> {
+    let (eye, mut picture, _) = Eye::of(picture, None, false)?;
+    let (cells, _) = Cells::of(picture.header());
+    let mut first = First::new(picture.header().ncomp, &cells, None, false);
+    let mut block = Block::default();
+    while picture.next(&mut block)? {
+        first.add(&block.data, &eye);
+    }
+    let seen = first.seen(picture, &eye);
+    Ok(Attention::default().histogram(&cells, &seen.cells_cd_m2, &seen.pixels))
 }

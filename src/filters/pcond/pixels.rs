@@ -70,8 +70,7 @@ pub fn mapped(
             let (luminance, shown) = eye.sees(pixel);
             let [mut factor] = factor.of(&[luminance]);
             if let Some(m) = &fits {
-                let largest =
-                    m.iter().map(|r| r[0] * shown[0] + r[1] * shown[1] + r[2] * shown[2]).fold(0f32, f32::max);
+                let largest = matrix::multiply(m, shown).into_iter().fold(0f32, f32::max);
                 factor = if largest * factor > 1.0 { 1.0 / largest } else { factor };
             }
             let all = shown.map(|x| x * factor);
