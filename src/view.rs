@@ -35,6 +35,19 @@ pub enum Kind {
     Planispheric,
 }
 
+impl Kind {
+    /// Radiance's letter after `-vt`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Kind::Perspective => "v",
+            Kind::Cylindrical => "c",
+            Kind::Hemispherical => "h",
+            Kind::Angular => "a",
+            Kind::Planispheric => "s",
+        }
+    }
+}
+
 /// A view: projection and angles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {

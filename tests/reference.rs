@@ -30,9 +30,9 @@ fn cornell(runs: u32, samples: u32) -> Blocks {
     let mut all = Vec::new();
     for seed in 0..runs {
         let mut scene = scene("cornell.toml");
-        scene.camera = scene.camera.resized(Some(128), None);
+        scene.camera = scene.camera.map(|c| c.resized(Some(128), None).unwrap());
         let job = job(&scene, 80, samples, seed);
-        all.push(blocks(&rendered(scene, &job)));
+        all.push(blocks(&rendered(scene, job)));
     }
     let n = f64::from(runs);
     let over = |f: &dyn Fn(usize, usize) -> f64| (0..256).map(|b| [0, 1, 2].map(|c| f(b, c))).collect::<Vec<_>>();
@@ -105,14 +105,14 @@ fn chart_once(lamp: &Spectrum, change: &impl Fn(&mut Job), samples: u32, seed: u
     let mut patches = Vec::new();
     for row in centres().chunks(6) {
         let mut scene = scene("colorchecker.toml");
-        scene.camera = scene.camera.resized(Some(CHART_PIXELS), None);
+        scene.camera = scene.camera.map(|c| c.resized(Some(CHART_PIXELS), None).unwrap());
         scene.lights[0].radiance = lamp.clone();
         let mut job = job(&scene, 80, samples, seed);
         let y = at(4.0 - row[0][1]);
         job.rows = (y - 1, y + 1);
         change(&mut job);
-        let n = if job.spectrum { job.sampling.count() } else { 3 };
-        let picture = rendered(scene, &job);
+        let n = if job.quantity.spectrum { job.quantity.sampling.count() } else { 3 };
+        let picture = rendered(scene, job);
         for centre in row {
             let x = at(centre[0] + 4.0);
             let four = [x - 1, x, CHART_PIXELS + x - 1, CHART_PIXELS + x];
@@ -171,8 +171,8 @@ fn chart_patches_on_gauss_nodes_are_the_analytic_values() {
     let got = chart(
         lamp,
         |job| {
-            job.sampling = Sampling::points(nodes.clone()).unwrap();
-            job.spectrum = true;
+            job.quantity.sampling = Sampling::points(nodes.clone()).unwrap();
+            job.quantity.spectrum = true;
         },
         4,
         256,

@@ -12,7 +12,7 @@ use crate::filter::{Filter, Product, Run};
 use crate::options::Range;
 use crate::plot::data::{self, Luminances, Table};
 use crate::plot::{Axis, Bars, Chart, Scale, Series};
-use crate::scene::spectrum_key::SpectrumKey;
+use crate::spectral::key::SpectrumKey;
 use crate::spectral::{Spectrum, builtin};
 use crate::stream::meaning::Overrides;
 use crate::stream::output::Output;

@@ -1,14 +1,17 @@
 //! spectrace: spectral radiance of a scene, Eq. (1) of [Ward 2001], by path tracing.
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::{Args, ValueEnum, ValueHint};
 use serde::{Deserialize, Serialize};
 
 use crate::filter::{Filter, Product, Run};
 use crate::options::{Numbers, Range, lossy};
-use crate::render::picture::{Job, MOST_WAVELENGTHS, render};
+use crate::render::checkpoint::{Checkpoint, fingerprint};
+use crate::render::estimate::{Effort, MOST_WAVELENGTHS, Quantity as Measured};
+use crate::render::picture::{Job, Work, render};
 use crate::scene::{Scene, load};
 use crate::spectral::{Observer, Sampling};
 use crate::stream::Picture;
@@ -45,9 +48,15 @@ pub struct Spectrace {
     /// Wavelengths that count, nm
     #[arg(long, value_name = "A:B", default_value = "380:780")]
     pub range: Range,
-    /// Paths a pixel; powers of two share the pixel best
-    #[arg(long, value_name = "N", default_value_t = 64)]
+    /// Paths a pixel; powers of two share the pixel best. With --error the most
+    #[arg(long, value_name = "N", default_value_t = 64, help_heading = "Effort")]
     pub samples: u32,
+    /// As many paths as each pixel needs for this relative standard error of Y
+    #[arg(long, value_name = "E", conflicts_with = "time", help_heading = "Effort")]
+    pub error: Option<f64>,
+    /// As many paths as fit into this many seconds
+    #[arg(long, value_name = "SECONDS", conflicts_with = "samples", help_heading = "Effort")]
+    pub time: Option<f64>,
     /// Most bounces; otherwise paths end by lot
     #[arg(long, value_name = "N")]
     pub max_bounces: Option<u32>,
@@ -63,12 +72,16 @@ pub struct Spectrace {
     /// Render rows A to B (not included) only; the pixels are those of the whole picture
     #[arg(long, value_name = "A:B", help_heading = "Running in parts")]
     pub rows: Option<Range>,
+    /// Keep finished rows in a file; the same command goes on from there after a kill
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "time", help_heading = "Running in parts")]
+    #[serde(serialize_with = "lossy")]
+    pub checkpoint: Option<PathBuf>,
 }
 
 clap_defaults!(Spectrace);
 
 impl Spectrace {
-    fn job(&self, height: usize, run: &Run) -> Result<Job> {
+    fn measured(&self, scene: &Scene) -> Result<Measured> {
         let Range(from, to) = self.range;
         if !(250.0..=2500.0).contains(&from) || !(250.0..=2500.0).contains(&to) {
             return usage!("--range {}: wavelengths run from 250 to 2500 nm", self.range);
@@ -83,23 +96,43 @@ impl Spectrace {
             }
             None => Sampling::bins(from, to, self.bands).map_err(|e| Error::Usage(format!("--bands: {e}")))?,
         };
-        let rows = match self.rows {
-            None => (0, height),
-            Some(Range(a, b)) if a >= 0.0 && b <= height as f64 && a.fract() == 0.0 && b.fract() == 0.0 => {
-                (a as usize, b as usize)
+        let most = self.max_bounces.unwrap_or(u32::MAX).min(scene.max_bounces.unwrap_or(u32::MAX));
+        let spectrum = self.quantity == Quantity::Spectrum;
+        Ok(Measured { sampling, range_nm: (from, to), spectrum, seed: self.seed, max_bounces: most })
+    }
+
+    fn effort(&self) -> Result<Work> {
+        match (self.error, self.time) {
+            (None, None) => Ok(Work::Each(Effort::Paths(self.samples))),
+            (Some(target), _) if target > 0.0 && target < 10.0 => {
+                // Without a word on it, enough for 0.1 % of a pixel whose paths differ by 100 %.
+                let most = if self.samples == Spectrace::default().samples { 1 << 20 } else { self.samples };
+                Ok(Work::Each(Effort::Error { target, most }))
             }
-            Some(r) => return usage!("--rows {r}: the picture has rows 0:{height}"),
-        };
-        Ok(Job {
-            sampling,
-            range_nm: (from, to),
-            spectrum: self.quantity == Quantity::Spectrum,
-            samples: self.samples,
-            seed: self.seed,
-            max_bounces: self.max_bounces.unwrap_or(u32::MAX),
-            rows,
-            progress: !run.options.quiet && std::io::stderr().is_terminal(),
-        })
+            (Some(e), _) => usage!("--error {e}: a relative error above 0, such as 0.01"),
+            (None, Some(s)) if s > 0.0 && s < 1e9 => Ok(Work::Time(Duration::from_secs_f64(s))),
+            (None, Some(s)) => usage!("--time {s}: seconds above 0"),
+        }
+    }
+
+    fn row_range(&self, height: usize) -> Result<(usize, usize)> {
+        match self.rows {
+            None => Ok((0, height)),
+            Some(Range(a, b)) if a >= 0.0 && b <= height as f64 && a.fract() == 0.0 && b.fract() == 0.0 => {
+                Ok((a as usize, b as usize))
+            }
+            Some(r) => usage!("--rows {r}: the picture has rows 0:{height}"),
+        }
+    }
+
+    /// The checkpoint file, which must be of this very picture.
+    fn checkpoint(&self, scene: &Scene, path: &Path, run: &Run) -> Result<Option<Checkpoint>> {
+        let Some(file) = &self.checkpoint else { return Ok(None) };
+        let text = std::fs::read(path).map_err(|e| Error::io(path.display().to_string(), e))?;
+        let spectra = format!("{:?} {:?}", scene.inks, scene.lights);
+        let rows = format!("{:?} {}", self.rows, scene.geometry.len());
+        let parts: [&[u8]; 4] = [&text, spectra.as_bytes(), &run.history, rows.as_bytes()];
+        Checkpoint::open(file, fingerprint(&parts)).map(Some)
     }
 }
 
@@ -133,10 +166,22 @@ impl Filter for Spectrace {
         if [self.width, self.height].iter().flatten().any(|n| !(1..=1_000_000).contains(n)) || self.samples == 0 {
             return usage!("--width, --height and --samples must be at least 1, sizes at most 1000000");
         }
-        scene.camera = scene.camera.resized(self.width, self.height);
-        let mut job = self.job(scene.camera.height, run)?;
-        job.max_bounces = job.max_bounces.min(scene.max_bounces.unwrap_or(u32::MAX));
-        note_lost_light(&scene, job.range_nm, run)?;
-        render(scene, &job, run.history.clone()).map(Product::Picture).map_err(|e| e.in_file(path))
+        let Some(camera) = scene.camera.take() else {
+            return Err(Error::Invalid("the scene has no [camera]".into()).in_file(path));
+        };
+        let camera = camera.resized(self.width, self.height)?;
+        let rows = self.row_range(camera.height)?;
+        scene.camera = Some(camera);
+        let quantity = self.measured(&scene)?;
+        note_lost_light(&scene, quantity.range_nm, run)?;
+        let job = Job {
+            quantity,
+            effort: self.effort()?,
+            rows,
+            progress: !run.options.quiet && std::io::stderr().is_terminal(),
+            checkpoint: self.checkpoint(&scene, path, run)?,
+            notes: run.notes.clone(),
+        };
+        render(scene, job, run.history.clone()).map(Product::Picture).map_err(|e| e.in_file(path))
     }
 }

@@ -1,6 +1,7 @@
 //! Where light connections go: what a light's spectrum makes of a path's throughput.
 
 use crate::render::lanes::{Diagonal, Lanes, Throughput};
+use crate::scene::light::Emission;
 use crate::spectral::spectrum::{breaks, gauss};
 use crate::spectral::{Observer, Sampling, Spectrum};
 use crate::units::K_M;
@@ -16,8 +17,14 @@ pub trait Film<T: Throughput>: Send + Sync {
     /// A pixel without light.
     fn black(&self) -> Self::Pixel;
 
-    /// Adds `weight` times what light number `light` sends along `path`.
-    fn connect(&self, pixel: &mut Self::Pixel, light: usize, weight: f32, path: &T);
+    /// Adds `weight` times what the emission sends along `path`.
+    fn connect(&self, pixel: &mut Self::Pixel, emission: &Emission, weight: f32, path: &T);
+
+    /// Luminance of a sum, for its error: cd/m2, or, of bands without visible light, any positive sum of them.
+    fn luminance(&self, pixel: &Self::Pixel) -> f64;
+
+    /// Adds another sum.
+    fn add(&self, pixel: &mut Self::Pixel, other: &Self::Pixel);
 
     /// The components, each times `factor`.
     fn develop(&self, pixel: &Self::Pixel, factor: f64, out: &mut [f32]);
@@ -27,13 +34,18 @@ pub trait Film<T: Throughput>: Send + Sync {
 pub struct Bands<const G: usize> {
     emission: Vec<Lanes<G>>,
     count: usize,
+    luminance: Vec<f64>,
 }
 
 impl<const G: usize> Bands<G> {
     /// Each light's radiance sampled as the picture is.
-    pub fn new(lights: &[&Spectrum], sampling: &Sampling) -> Self {
+    pub fn new(lights: &[&Spectrum], sampling: &Sampling, observer: &Observer) -> Self {
         let emission = lights.iter().map(|l| Lanes::from_values(&sampling.sample(l))).collect();
-        Bands { emission, count: sampling.count() }
+        let [_, y, _] = sampling.xyz_weights(observer);
+        // Beyond the visible every band counts alike.
+        let visible = y.iter().any(|w| *w > 0.0);
+        let luminance = y.iter().map(|w| if visible { w.max(0.0) } else { 1.0 }).collect();
+        Bands { emission, count: sampling.count(), luminance }
     }
 }
 
@@ -49,13 +61,24 @@ impl<const G: usize> Film<Diagonal<G>> for Bands<G> {
     }
 
     #[inline(always)]
-    fn connect(&self, pixel: &mut Self::Pixel, light: usize, weight: f32, path: &Diagonal<G>) {
-        let emission = &self.emission[light];
-        for (g, sums) in pixel.iter_mut().enumerate() {
-            for (i, sum) in sums.iter_mut().enumerate() {
-                *sum += f64::from(weight * (path.0.0[g][i] * emission.0[g][i]));
+    fn connect(&self, pixel: &mut Self::Pixel, emission: &Emission, weight: f32, path: &Diagonal<G>) {
+        for k in 0..emission.count as usize {
+            let weight = weight * emission.parts[k];
+            let light = &self.emission[emission.light as usize + k];
+            for (g, sums) in pixel.iter_mut().enumerate() {
+                for (i, sum) in sums.iter_mut().enumerate() {
+                    *sum += f64::from(weight * (path.0.0[g][i] * light.0[g][i]));
+                }
             }
         }
+    }
+
+    fn luminance(&self, pixel: &Self::Pixel) -> f64 {
+        self.luminance.iter().zip(pixel.as_flattened()).map(|(w, p)| w * p).sum()
+    }
+
+    fn add(&self, pixel: &mut Self::Pixel, other: &Self::Pixel) {
+        pixel.as_flattened_mut().iter_mut().zip(other.as_flattened()).for_each(|(a, b)| *a += b);
     }
 
     fn develop(&self, pixel: &Self::Pixel, factor: f64, out: &mut [f32]) {
@@ -143,10 +166,21 @@ impl<const G: usize> Film<Diagonal<G>> for Tristimulus<G> {
     }
 
     #[inline(always)]
-    fn connect(&self, pixel: &mut [f64; 3], light: usize, weight: f32, path: &Diagonal<G>) {
-        for (sum, row) in pixel.iter_mut().zip(&self.weights[light]) {
-            *sum += f64::from(weight * row.dot(&path.0));
+    fn connect(&self, pixel: &mut [f64; 3], emission: &Emission, weight: f32, path: &Diagonal<G>) {
+        for k in 0..emission.count as usize {
+            let weight = weight * emission.parts[k];
+            for (sum, row) in pixel.iter_mut().zip(&self.weights[emission.light as usize + k]) {
+                *sum += f64::from(weight * row.dot(&path.0));
+            }
         }
+    }
+
+    fn luminance(&self, pixel: &[f64; 3]) -> f64 {
+        pixel[1]
+    }
+
+    fn add(&self, pixel: &mut [f64; 3], other: &[f64; 3]) {
+        pixel.iter_mut().zip(other).for_each(|(a, b)| *a += b);
     }
 
     fn develop(&self, pixel: &[f64; 3], factor: f64, out: &mut [f32]) {

@@ -1,5 +1,8 @@
 //! K numbers side by side, padded to whole SIMD registers, and what a path makes of them.
 
+use crate::material::{Base, Ink, Tint, fresnel, tint};
+use crate::spectral::{Sampling, Spectrum};
+
 /// Values a group: one AVX2 register of f32, half an AVX-512 one.
 pub const GROUP: usize = 8;
 
@@ -37,6 +40,34 @@ impl<const G: usize> Lanes<G> {
         self.0.as_flattened_mut().iter_mut().for_each(|x| *x *= k);
     }
 
+    /// Adds k times others.
+    #[inline(always)]
+    pub fn add_scaled(&mut self, other: &Self, k: f32) {
+        for (a, b) in self.0.iter_mut().zip(&other.0) {
+            for i in 0..GROUP {
+                a[i] += k * b[i];
+            }
+        }
+    }
+
+    /// A function of every lane.
+    #[inline(always)]
+    pub fn map(&self, f: impl Fn(f32) -> f32) -> Self {
+        self.map2(self, |x, _| f(x))
+    }
+
+    /// A function of every pair of lanes.
+    #[inline(always)]
+    pub fn map2(&self, other: &Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        let mut out = Self::splat(0.0);
+        for (g, (a, b)) in self.0.iter().zip(&other.0).enumerate() {
+            for i in 0..GROUP {
+                out.0[g][i] = f(a[i], b[i]);
+            }
+        }
+        out
+    }
+
     /// Sum of products.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> f32 {
@@ -66,17 +97,17 @@ impl<const G: usize> Lanes<G> {
 /// The linear map from radiance where a path has got to, to radiance at the eye.
 ///
 /// [`Diagonal`] is that of Eq. (1), where each wavelength goes its own way. Polarised light needs a Mueller matrix a lane,
-/// fluorescence a reradiation matrix between lanes: each is a type of its own with its own events and films, and a scene
+/// fluorescence a reradiation matrix between lanes: each is a type of its own with its own inks and films, and a scene
 /// without them never sees it.
 pub trait Throughput: Clone + Send {
-    /// What a surface does to light, sampled to the lanes once a scene.
-    type Event: Send + Sync;
+    /// The scene's spectra, sampled to the lanes once.
+    type Inks: Send + Sync;
 
     /// The map of a path without events.
-    fn identity() -> Self;
+    fn identity(inks: &Self::Inks) -> Self;
 
-    /// Puts one more event at the far end.
-    fn then(&mut self, event: &Self::Event);
+    /// Puts a surface's tint at the far end; `cos_half` is the cosine between half vector and direction.
+    fn tint(&mut self, inks: &Self::Inks, tint: &Tint, cos_half: f32);
 
     /// Multiplies the map by a number.
     fn scale(&mut self, k: f32);
@@ -89,17 +120,71 @@ pub trait Throughput: Clone + Send {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diagonal<const G: usize>(pub Lanes<G>);
 
-impl<const G: usize> Throughput for Diagonal<G> {
-    type Event = Lanes<G>;
+/// A scene's inks sampled to lanes.
+pub struct Inks<const G: usize> {
+    inks: Vec<Sampled<G>>,
+    rgb: [Lanes<G>; 3],
+    /// 1 for each wavelength, 0 beyond the last.
+    live: Lanes<G>,
+}
 
-    #[inline(always)]
-    fn identity() -> Self {
-        Diagonal(Lanes::splat(1.0))
+/// One ink in lanes.
+enum Sampled<const G: usize> {
+    One(Lanes<G>),
+    Index(Lanes<G>, Lanes<G>),
+}
+
+impl<const G: usize> Inks<G> {
+    /// Samples a scene's inks and the basis of its RGB colours.
+    pub fn new(inks: &[Ink], rgb: &[Spectrum; 3], sampling: &Sampling) -> Self {
+        let lanes = |s: &Spectrum| Lanes::from_values(&sampling.sample(s));
+        let sampled = |ink: &Ink| match ink {
+            Ink::Reflectance(s) | Ink::Depth(s) => Sampled::One(lanes(s)),
+            Ink::Index { n, k } => Sampled::Index(lanes(n), lanes(k)),
+        };
+        let live = Lanes::from_values(&vec![1.0; sampling.count()]);
+        Inks { inks: inks.iter().map(sampled).collect(), rgb: rgb.each_ref().map(lanes), live }
     }
 
     #[inline(always)]
-    fn then(&mut self, event: &Lanes<G>) {
-        self.0.multiply(event);
+    fn one(&self, i: u32) -> &Lanes<G> {
+        match &self.inks[i as usize] {
+            Sampled::One(lanes) | Sampled::Index(lanes, _) => lanes,
+        }
+    }
+
+    /// A base that is no plain ink.
+    fn mixed(&self, base: &Base) -> Lanes<G> {
+        match base {
+            Base::Grey(r) => Lanes::splat(*r),
+            Base::Ink(i) => *self.one(*i),
+            Base::Rgb(c) => {
+                let mut sum = Lanes::splat(0.0);
+                for (basis, c) in self.rgb.iter().zip(c) {
+                    sum.add_scaled(basis, *c);
+                }
+                sum
+            }
+        }
+    }
+}
+
+impl<const G: usize> Throughput for Diagonal<G> {
+    type Inks = Inks<G>;
+
+    #[inline(always)]
+    fn identity(inks: &Inks<G>) -> Self {
+        Diagonal(inks.live)
+    }
+
+    #[inline(always)]
+    fn tint(&mut self, inks: &Inks<G>, tint: &Tint, cos_half: f32) {
+        match tint {
+            Tint::None => {}
+            Tint::Base(Base::Ink(i)) => self.0.multiply(inks.one(*i)),
+            Tint::Base(Base::Grey(r)) => self.0.scale(*r),
+            other => self.tint_slowly(inks, other, cos_half),
+        }
     }
 
     #[inline(always)]
@@ -110,5 +195,25 @@ impl<const G: usize> Throughput for Diagonal<G> {
     #[inline(always)]
     fn largest(&self) -> f32 {
         self.0.largest()
+    }
+}
+
+impl<const G: usize> Diagonal<G> {
+    #[inline(never)]
+    fn tint_slowly(&mut self, inks: &Inks<G>, tint: &Tint, cos_half: f32) {
+        match tint {
+            Tint::None => {}
+            Tint::Base(base) => self.0.multiply(&inks.mixed(base)),
+            Tint::Beneath(base, k) => self.0.multiply(&inks.mixed(base).map(|r| tint::beneath(r, *k))),
+            Tint::Metal(i) => {
+                if let Sampled::Index(n, k) = &inks.inks[*i as usize] {
+                    self.0.multiply(&n.map2(k, |n, k| fresnel::conductor(cos_half, n, k)));
+                }
+            }
+            Tint::Repeated { mean, albedo } => self.0.multiply(&inks.one(*mean).map(|r| tint::repeated(r, *albedo))),
+            Tint::Panes { depth, stack, back } => {
+                self.0.multiply(&inks.one(*depth).map(|d| stack.share(d, *back)));
+            }
+        }
     }
 }

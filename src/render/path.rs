@@ -1,117 +1,248 @@
 //! Path tracing with next event estimation and multiple importance sampling [Veach 1997].
+//!
+//! Where a path meets a surface one of the material's lobes is chosen by lot; the lamps are asked for light through that
+//! lobe, and the path goes on along it. What a lobe does to the wavelengths is a tint that the throughput applies; where it
+//! goes is the same for all of them.
 
-use std::f32::consts::{FRAC_1_PI, PI};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3A;
 
+use crate::material::kernel::lambert::Lambert;
+use crate::material::{Kernel, Lobe, Lobes, Site, Tint};
 use crate::render::film::Film;
 use crate::render::lanes::Throughput;
 use crate::render::sampler::Sampler;
 use crate::scene::{Hit, Scene, ray};
 
 /// From this bounce on a path may end by lot.
-const ROULETTE_FROM: u32 = 4;
-/// The lot never lets a path go on with more than this probability: a closed white room ends too.
-const LONGEST_ODDS: f32 = 0.98;
+const ROULETTE_FROM: u32 = 3;
+/// A path that has not ended by now never will: in a closed room of white walls light has no end.
+pub const MOST_BOUNCES: u32 = 2048;
+
+/// Pairs of a sampler's numbers: two before the first surface, three a bounce.
+const FIRST_PAIR: u32 = 2;
+const PAIRS: u32 = 3;
 
 /// Traces paths through a scene. Cheap to make.
 pub struct Tracer<'a, T: Throughput, F> {
     /// What is there.
     pub scene: &'a Scene,
-    /// What each material does to a path.
-    pub events: &'a [T::Event],
+    /// Its spectra in lanes.
+    pub inks: &'a T::Inks,
     /// What light makes of a path.
     pub film: &'a F,
-    /// Running sums of the probabilities with which emitters are chosen, from [`running_chances`].
-    pub chances: &'a [f32],
-    /// Most bounces.
+    /// Most bounces that are asked for.
     pub max_bounces: u32,
+    /// Paths that were ended at [`MOST_BOUNCES`].
+    pub endless: &'a AtomicU64,
 }
 
-/// Running sums of `power` over its total.
-pub fn running_chances(power: &[f64]) -> Vec<f32> {
-    let total: f64 = power.iter().sum();
-    let mut sum = 0.0;
-    let running = |p: &f64| {
-        sum += p / total;
-        sum as f32
-    };
-    power.iter().map(running).collect()
+/// How a path came by its direction.
+#[derive(Clone, Copy)]
+enum Way {
+    /// From the eye or a mirror: no lamp was aimed at.
+    Straight,
+    /// By a lobe with a density, 1/sr, where lamps were aimed at too.
+    Lobe { pdf: f32, from: Vec3A, normal: Vec3A },
+}
+
+/// A surface that a path has met, in the frame of its shading normal.
+struct Meeting {
+    /// The geometric normal on the side that the path came from.
+    side: Vec3A,
+    point: Vec3A,
+    axes: [Vec3A; 3],
+    out: Vec3A,
+}
+
+impl Meeting {
+    fn new(hit: &Hit, front: bool, shading: Vec3A, direction: Vec3A) -> Meeting {
+        let side = if front { hit.normal } else { -hit.normal };
+        let mut z = if front { shading } else { -shading };
+        // An interpolated normal can turn away from who looks at it.
+        if z.dot(direction) > -1e-4 {
+            z = side;
+        }
+        let (x, y) = ray::frame(z);
+        let mut meeting = Meeting { side, point: hit.point, axes: [x, y, z], out: Vec3A::Z };
+        meeting.out = meeting.local(-direction);
+        meeting.out.z = meeting.out.z.max(1e-6);
+        meeting
+    }
+
+    fn local(&self, v: Vec3A) -> Vec3A {
+        Vec3A::new(v.dot(self.axes[0]), v.dot(self.axes[1]), v.dot(self.axes[2]))
+    }
+
+    fn world(&self, v: Vec3A) -> Vec3A {
+        self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
+    }
+
+    /// Normal of the side on which a lobe's light arrives, and a start of rays there.
+    fn start(&self, transmits: bool) -> (Vec3A, Vec3A) {
+        let side = if transmits { -self.side } else { self.side };
+        (ray::offset(self.point, side), side)
+    }
+
+    /// Cosine between half vector and direction of a reflection.
+    fn cos_half(&self, inc: Vec3A) -> f32 {
+        (self.out + inc).normalize_or_zero().dot(self.out).clamp(0.0, 1.0)
+    }
 }
 
 impl<T: Throughput, F: Film<T>> Tracer<'_, T, F> {
-    /// Probability of choosing an emitter.
-    fn chance(&self, emitter: usize) -> f32 {
-        self.chances[emitter] - if emitter > 0 { self.chances[emitter - 1] } else { 0.0 }
+    /// Follows one path from the eye and adds what it finds to `pixel`: radiance.
+    pub fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, pixel: &mut F::Pixel) {
+        self.follow(T::identity(self.inks), origin, direction, Way::Straight, 0, sampler, pixel);
     }
 
-    /// Chooses an emitter with a number in 0..1, which comes back stretched to 0..1 for use on its area.
-    fn choose(&self, u: &mut f32) -> usize {
-        let last = self.chances.len() - 1;
-        let i = self.chances.partition_point(|c| *c <= *u).min(last);
-        let before = if i > 0 { self.chances[i - 1] } else { 0.0 };
-        *u = ((*u - before) / (self.chances[i] - before)).clamp(0.0, 0.999_999_94);
-        i
+    /// Follows one path from a point and adds what falls on it: irradiance over pi, as a white matt surface would show it.
+    pub fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, pixel: &mut F::Pixel) {
+        static WHITE: Lambert = Lambert { through: false };
+        let (x, y) = ray::frame(normal);
+        let meeting = Meeting { side: normal, point, axes: [x, y, normal], out: Vec3A::Z };
+        let lobe = Lobe { kernel: &WHITE, tint: Tint::None, factor: 1.0, odds: 1.0 };
+        let path = T::identity(self.inks);
+        self.look_at_light(&meeting, &lobe, &path, sampler.pair(0), pixel);
+        if let Some(turn) = WHITE.sample(Vec3A::Z, sampler.pair(1)) {
+            let (from, normal) = meeting.start(false);
+            let way = Way::Lobe { pdf: turn.pdf, from, normal };
+            self.follow(path, from, meeting.world(turn.inc), way, 0, sampler, pixel);
+        }
     }
 
-    /// Follows one path from the eye and adds what it finds to `pixel`.
-    pub fn trace(&self, mut origin: Vec3A, mut direction: Vec3A, sampler: &mut Sampler, pixel: &mut F::Pixel) {
-        let mut path = T::identity();
-        // Density of the last direction, 1/sr, and where it was chosen; none from the eye, which aims at no light.
-        let mut aimed: Option<(f32, Vec3A)> = None;
-        for bounce in 0.. {
-            let Some(hit) = self.scene.geometry.closest(origin, direction) else { return };
+    #[allow(clippy::too_many_arguments)]
+    fn follow(
+        &self,
+        mut path: T,
+        mut origin: Vec3A,
+        mut direction: Vec3A,
+        mut way: Way,
+        mut bounce: u32,
+        sampler: &Sampler,
+        pixel: &mut F::Pixel,
+    ) {
+        loop {
+            let Some(hit) = self.scene.geometry.closest(origin, direction) else {
+                return self.leave(direction, way, &path, pixel);
+            };
             let front = hit.normal.dot(direction) < 0.0;
-            if let Some(emitter) = hit.surface.emitter.filter(|_| front) {
-                self.meet(emitter as usize, &hit, aimed, &path, pixel);
+            if let Some(lamp) = hit.surface.emitter.filter(|_| front) {
+                self.meet(lamp as usize, &hit, way, &path, pixel);
             }
-            let material = hit.surface.material as usize;
-            if bounce >= self.max_bounces || !(front || self.scene.materials[material].two_sided) {
+            if bounce >= self.max_bounces {
                 return;
             }
-            let normal = if front { hit.normal } else { -hit.normal };
-            origin = ray::offset(hit.point, normal);
-            path.then(&self.events[material]);
-            self.look_at_light(origin, normal, &path, sampler, pixel);
+            if bounce >= MOST_BOUNCES {
+                self.endless.fetch_add(1, Ordering::Relaxed);
+                return;
+            }
+            let pair = FIRST_PAIR + PAIRS * bounce;
+            let (site, shading) = self.scene.site(&hit, front);
+            let meeting = Meeting::new(&hit, front, shading, direction);
+            let mut lobes = Lobes::default();
+            self.scene.materials[hit.surface.material as usize].lobes(&site, meeting.out, &mut lobes);
+            let by_lot = lobes.len() > 1 || bounce >= ROULETTE_FROM;
+            let lots = if by_lot { sampler.pair(pair) } else { [0.0; 2] };
+            let Some(lobe) = lobes.choose(lots[0]) else { return };
+            path.scale(lobe.factor);
+            if !lobe.tint.turns() {
+                path.tint(self.inks, &lobe.tint, 1.0);
+            }
+            if !lobe.kernel.is_specular() {
+                self.look_at_light(&meeting, &lobe, &path, sampler.pair(pair + 1), pixel);
+            }
+            let Some(turn) = lobe.kernel.sample(meeting.out, sampler.pair(pair + 2)) else { return };
+            if lobe.tint.turns() {
+                path.tint(self.inks, &lobe.tint, meeting.cos_half(turn.inc));
+            }
+            path.scale(turn.weight);
             let largest = path.largest();
-            if bounce >= ROULETTE_FROM || largest == 0.0 {
-                let odds = largest.min(LONGEST_ODDS);
-                if sampler.next2()[0] >= odds {
+            if largest <= 0.0 {
+                return;
+            }
+            if bounce >= ROULETTE_FROM && largest < 1.0 {
+                if lots[1] >= largest {
                     return;
                 }
-                path.scale(1.0 / odds);
+                path.scale(1.0 / largest);
             }
-            direction = ray::cosine_direction(normal, sampler.next2());
-            aimed = Some((direction.dot(normal).max(1e-7) * FRAC_1_PI, origin));
+            direction = meeting.world(turn.inc).normalize();
+            let transmits = lobe.kernel.transmits();
+            let (from, normal) = meeting.start(transmits);
+            // A shading normal may send light through a surface that lets none pass.
+            if direction.dot(normal) <= 0.0 {
+                return;
+            }
+            origin = from;
+            way = if turn.pdf.is_finite() { Way::Lobe { pdf: turn.pdf, from, normal } } else { Way::Straight };
+            bounce += 1;
         }
     }
 
-    /// A path ran into light: weighed against the chance of having aimed at it.
-    fn meet(&self, emitter: usize, hit: &Hit, aimed: Option<(f32, Vec3A)>, path: &T, pixel: &mut F::Pixel) {
-        let e = &self.scene.emitters[emitter];
-        let weight = match aimed {
-            None => 1.0,
-            Some((pdf, from)) => power_heuristic(pdf, e.pdf(from, hit.point, hit.normal) * self.chance(emitter)),
+    /// A path ran into a lamp: weighed against the chance of having aimed at it.
+    fn meet(&self, lamp: usize, hit: &Hit, way: Way, path: &T, pixel: &mut F::Pixel) {
+        let crate::scene::light::Lamp::Area(emitter) = &self.scene.lamps[lamp] else { return };
+        let weight = match way {
+            Way::Straight => 1.0,
+            Way::Lobe { pdf, from, normal } => {
+                let chance = self.scene.tree.chance(lamp, from, Some(normal));
+                power_heuristic(pdf, if chance > 0.0 { emitter.pdf(from, hit.point, hit.normal) * chance } else { 0.0 })
+            }
         };
-        self.film.connect(pixel, e.light, weight, path);
+        self.film.connect(pixel, &emitter.emission(), weight, path);
     }
 
-    /// Next event estimation: one place on one emitter, weighed against the chance of running into it.
-    fn look_at_light(&self, from: Vec3A, normal: Vec3A, path: &T, sampler: &mut Sampler, pixel: &mut F::Pixel) {
-        if self.chances.is_empty() {
+    /// A path left the scene: what lies beyond.
+    fn leave(&self, direction: Vec3A, way: Way, path: &T, pixel: &mut F::Pixel) {
+        for lamp in self.scene.tree.distant() {
+            let Some((emission, pdf)) = self.scene.lamps[lamp].beyond(direction) else { continue };
+            let weight = match way {
+                Way::Straight => 1.0,
+                Way::Lobe { pdf: by_lobe, from, normal } => {
+                    power_heuristic(by_lobe, pdf * self.scene.tree.chance(lamp, from, Some(normal)))
+                }
+            };
+            self.film.connect(pixel, &emission, weight, path);
+        }
+    }
+
+    /// Next event estimation: one place on one lamp, weighed against the chance of running into it.
+    fn look_at_light(&self, at: &Meeting, lobe: &Lobe, path: &T, mut u: [f32; 2], pixel: &mut F::Pixel) {
+        let scene = self.scene;
+        let transmits = lobe.kernel.transmits();
+        let (from, normal) = at.start(transmits);
+        let Some((chosen, chance)) = scene.tree.choose(from, Some(normal), &mut u[0]) else { return };
+        let Some(aim) = scene.lamps[chosen].aim(from, u) else { return };
+        let inc = at.local(aim.direction);
+        if aim.direction.dot(normal) <= 0.0 || (inc.z < 0.0) != transmits {
             return;
         }
-        let mut u = sampler.next2();
-        let chosen = self.choose(&mut u[0]);
-        let emitter = &self.scene.emitters[chosen];
-        let Some(aim) = emitter.aim(from, u) else { return };
-        let cos = normal.dot(aim.direction);
-        if cos <= 0.0 || !self.scene.geometry.visible(from, ray::offset(aim.point, aim.normal)) {
+        let value = lobe.kernel.evaluate(at.out, inc);
+        if value.f_cos <= 0.0 {
             return;
         }
-        let pdf = aim.pdf * self.chance(chosen);
-        let weight = cos / (PI * pdf) * power_heuristic(pdf, cos * FRAC_1_PI);
-        self.film.connect(pixel, emitter.light, weight, path);
+        let clear = match aim.point {
+            Some(point) => scene.geometry.visible(from, point),
+            None => scene.geometry.unoccluded(from, aim.direction),
+        };
+        if !clear {
+            return;
+        }
+        let weight = if aim.pdf.is_finite() {
+            let pdf = aim.pdf * chance;
+            value.f_cos / pdf * power_heuristic(pdf, value.pdf)
+        } else {
+            value.f_cos / chance
+        };
+        if lobe.tint.turns() {
+            let mut path = path.clone();
+            path.tint(self.inks, &lobe.tint, at.cos_half(inc));
+            self.film.connect(pixel, &aim.emission, weight, &path);
+        } else {
+            self.film.connect(pixel, &aim.emission, weight, path);
+        }
     }
 }
 
@@ -119,4 +250,13 @@ impl<T: Throughput, F: Film<T>> Tracer<'_, T, F> {
 fn power_heuristic(a: f32, b: f32) -> f32 {
     let ratio = b / a;
     1.0 / (1.0 + ratio * ratio)
+}
+
+/// What a material sees of the place where it was met.
+impl Scene {
+    /// Site and shading normal of a hit.
+    #[inline]
+    pub fn site(&self, hit: &Hit, front: bool) -> (Site, Vec3A) {
+        (Site { front, ..Site::default() }, hit.normal)
+    }
 }

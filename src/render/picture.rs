@@ -1,49 +1,45 @@
 //! A scene rendered as a picture: rows on demand, pixels on all threads, each the same whatever the order.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 
-use crate::render::film::{Bands, Film, Tristimulus};
-use crate::render::lanes::{Diagonal, GROUP, Lanes};
-use crate::render::path::{Tracer, running_chances};
-use crate::render::sampler::Sampler;
+use crate::notes::Notes;
+use crate::render::checkpoint::Checkpoint;
+use crate::render::estimate::{Effort, Estimate, NEIGHBOURS, Probe, Quality, Quantity, estimator};
 use crate::scene::Scene;
-use crate::spectral::{Observer, Sampling, Spectrum};
 use crate::stream::{Block, Components, Header, Picture, Resolution, Units};
-use crate::{Error, Result, invalid, parallel};
+use crate::{Result, invalid, parallel};
 
 /// What to render.
-#[derive(Clone, Debug)]
 pub struct Job {
-    /// Wavelengths that paths carry.
-    pub sampling: Sampling,
-    /// Wavelengths that count, nm.
-    pub range_nm: (f64, f64),
-    /// Spectral radiance instead of XYZ.
-    pub spectrum: bool,
-    /// Paths a pixel.
-    pub samples: u32,
-    /// Another seed, another noise.
-    pub seed: u32,
-    /// Most bounces; light that comes straight from a lamp has none.
-    pub max_bounces: u32,
+    /// What a pixel holds.
+    pub quantity: Quantity,
+    /// Work a pixel.
+    pub effort: Work,
     /// Rows from and to (not included).
     pub rows: (usize, usize),
     /// Progress on standard error.
     pub progress: bool,
+    /// Rows that were rendered before, and where further ones are kept.
+    pub checkpoint: Option<Checkpoint>,
+    /// For what is to be said at the end.
+    pub notes: Notes,
+}
+
+/// How much work a picture is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Work {
+    /// The same for each pixel.
+    Each(Effort),
+    /// As many paths a pixel as fit into this time, found by a trial.
+    Time(Duration),
 }
 
 /// Rows rendered at a time: enough pixels that all threads stay busy.
 const PIXELS_A_BLOCK: usize = 8192;
-/// Pixels that one thread takes at a time.
-const PIXELS_A_TASK: usize = 64;
-/// Most wavelengths: 8 lanes x the largest number of groups below.
-pub const MOST_WAVELENGTHS: usize = GROUP * 60;
-
-/// One pixel: x, y and its components.
-type Shade = Box<dyn Fn(usize, usize, &mut [f32]) + Send + Sync>;
 
 /// A render in progress.
 struct Rendering {
@@ -52,91 +48,196 @@ struct Rendering {
     row: usize,
     end: usize,
     first: usize,
-    shade: Shade,
+    estimate: Arc<dyn Estimate>,
+    effort: Effort,
     bar: ProgressBar,
+    checkpoint: Option<Checkpoint>,
+    notes: Notes,
+    tally: Tally,
+}
+
+/// What the pixels came to so far.
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    pixels: u64,
+    paths: u64,
+    short: u64,
+    worst: f64,
+    error2: f64,
+}
+
+impl Tally {
+    fn of(quality: &[Quality]) -> Tally {
+        quality.iter().fold(Tally::default(), |t, q| {
+            let error = if q.luminance > 0.0 { q.standard_error / q.luminance } else { 0.0 };
+            t.with(&Tally { pixels: 1, paths: q.paths, short: u64::from(q.short), worst: error, error2: error * error })
+        })
+    }
+
+    fn with(&self, o: &Tally) -> Tally {
+        Tally {
+            pixels: self.pixels + o.pixels,
+            paths: self.paths + o.paths,
+            short: self.short + o.short,
+            worst: self.worst.max(o.worst),
+            error2: self.error2 + o.error2,
+        }
+    }
+
+    /// Root of the mean squared relative error.
+    fn error(&self) -> f64 {
+        (self.error2 / self.pixels.max(1) as f64).sqrt()
+    }
 }
 
 /// Begins a render; rows are computed as they are read.
-pub fn render(scene: Scene, job: &Job, history: Vec<u8>) -> Result<Box<dyn Picture>> {
-    let (width, height) = (scene.camera.width, scene.camera.height);
-    let components = if job.spectrum { Components::Spectrum } else { Components::Xyz };
-    let ncomp = if job.spectrum { job.sampling.count() } else { 3 };
-    let units = if job.spectrum { Units::SpectralRadiance } else { Units::CdM2 };
+pub fn render(scene: Scene, job: Job, mut history: Vec<u8>) -> Result<Box<dyn Picture>> {
+    let Some(camera) = &scene.camera else { return invalid!("the scene has no [camera]") };
+    let (width, height) = (camera.width, camera.height);
+    let spectrum = job.quantity.spectrum;
+    let components = if spectrum { Components::Spectrum } else { Components::Xyz };
+    let ncomp = if spectrum { job.quantity.sampling.count() } else { 3 };
+    let units = if spectrum { Units::SpectralRadiance } else { Units::CdM2 };
     let (first, end) = job.rows;
     let mut header = Header::new(Resolution::upright(width, end - first), components, ncomp, units);
     header.white = scene.white()?;
-    if header.white.is_none() && !job.spectrum {
+    if header.white.is_none() && !spectrum {
         return invalid!("no surface of the scene gives off visible light");
     }
-    header.sampling = job.spectrum.then(|| job.sampling.clone());
-    header.lines.push(history);
-    header.lines.push(format!("VIEW= {}", scene.camera.view()).into_bytes());
+    header.sampling = spectrum.then(|| job.quantity.sampling.clone());
+    match camera.view() {
+        Some(view) => header.lines.push(format!("VIEW= {view}").into_bytes()),
+        None => header.lines.push(b"PROJECTION=latlong".to_vec()),
+    }
     if (first, end) != (0, height) {
         header.lines.push(format!("ROWS= {first} {end} {height}").into_bytes());
     }
-    let shade = shader(Arc::new(scene), job)?;
+    let estimate = estimator(Arc::new(scene), &job.quantity)?;
+    let effort = match job.effort {
+        Work::Each(effort) => effort,
+        Work::Time(time) => {
+            let paths = paths_within(&*estimate, time, (width, first, end));
+            job.notes.add(format!("{paths} paths a pixel; --samples {paths} gives the same picture"));
+            history = in_paths(&history, paths);
+            Effort::Paths(paths)
+        }
+    };
+    header.lines.insert(0, history);
     let target = if job.progress { ProgressDrawTarget::stderr_with_hz(4) } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some((end - first) as u64), target);
-    if let Ok(style) = ProgressStyle::with_template("spectrace {wide_bar} row {pos} of {len}, {eta} left") {
+    if let Ok(style) = ProgressStyle::with_template("spectrace {wide_bar} row {pos} of {len}, {eta} left{msg}") {
         bar.set_style(style);
     }
-    Ok(Box::new(Rendering { header, width, row: first, end, first, shade, bar }))
+    let (checkpoint, notes, tally) = (job.checkpoint, job.notes, Tally::default());
+    Ok(Box::new(Rendering { header, width, row: first, end, first, estimate, effort, bar, checkpoint, notes, tally }))
 }
 
-/// The smallest number of lane groups that holds the wavelengths.
-fn shader(scene: Arc<Scene>, job: &Job) -> Result<Shade> {
-    match job.sampling.count().div_ceil(GROUP) {
-        0..=1 => film::<1>(scene, job),
-        2 => film::<2>(scene, job),
-        3 => film::<3>(scene, job),
-        4..=6 => film::<6>(scene, job),
-        7..=10 => film::<10>(scene, job),
-        11..=20 => film::<20>(scene, job),
-        21..=60 => film::<60>(scene, job),
-        _ => Err(Error::Unsupported(format!("{} wavelengths; at most {MOST_WAVELENGTHS}", job.sampling.count()))),
+/// The history line with the number of paths in place of the time: what gives the same bytes again.
+fn in_paths(history: &[u8], paths: u32) -> Vec<u8> {
+    let line = String::from_utf8_lossy(history);
+    let mut words: Vec<String> = line.split(' ').map(str::to_string).collect();
+    if let Some(i) = words.iter().position(|w| w == "--time") {
+        words[i] = "--samples".into();
+        words[i + 1] = paths.to_string();
     }
+    words.join(" ").into_bytes()
 }
 
-fn film<const G: usize>(scene: Arc<Scene>, job: &Job) -> Result<Shade> {
-    let lights: Vec<&Spectrum> = scene.lights.iter().map(|l| &l.radiance).collect();
-    if job.spectrum {
-        let film = Bands::<G>::new(&lights, &job.sampling);
-        pixels(scene, film, job)
-    } else {
-        let film = Tristimulus::<G>::new(&lights, &job.sampling, job.range_nm, &Observer::cie1931()?);
-        pixels(scene, film, job)
+/// Renders neighbours of a row.
+fn shade(estimate: &dyn Estimate, effort: Effort, x: usize, y: usize, count: usize, out: &mut [f32]) -> Tally {
+    let mut probes = [Probe::Pixel { x: 0, y: y as u32 }; NEIGHBOURS];
+    for (i, p) in probes.iter_mut().enumerate() {
+        *p = Probe::Pixel { x: (x + i) as u32, y: y as u32 };
     }
+    Tally::of(&estimate.measure(&probes[..count], effort, out)[..count])
 }
 
-fn pixels<const G: usize, F>(scene: Arc<Scene>, film: F, job: &Job) -> Result<Shade>
-where
-    F: Film<Diagonal<G>> + 'static,
-{
-    let events: Vec<Lanes<G>> =
-        scene.materials.iter().map(|m| Lanes::from_values(&job.sampling.sample(&m.reflectance))).collect();
-    let chances = running_chances(&power(&scene)?);
-    let (samples, seed, max_bounces) = (job.samples, job.seed, job.max_bounces);
-    Ok(Box::new(move |x, y, out| {
-        let tracer =
-            Tracer::<Diagonal<G>, F> { scene: &scene, events: &events, film: &film, chances: &chances, max_bounces };
-        let mut sum = film.black();
-        for index in 0..samples {
-            let mut sampler = Sampler::new(x, y, index, seed);
-            let place = sampler.next2();
-            let (origin, direction) = scene.camera.ray(x as f64 + f64::from(place[0]), y as f64 + f64::from(place[1]));
-            tracer.trace(origin, direction, &mut sampler, &mut sum);
+/// Runs of neighbours that never reach over the end of a row: (x, y, pixels).
+fn runs(width: usize, first: usize, rows: usize) -> Vec<(usize, usize, usize)> {
+    let row = |y: usize| (0..width).step_by(NEIGHBOURS).map(move |x| (x, y, NEIGHBOURS.min(width - x)));
+    (first..first + rows).flat_map(row).collect()
+}
+
+/// As many paths a pixel as take the time: a trial on pixels spread over the picture, a twentieth of the time long.
+fn paths_within(estimate: &dyn Estimate, time: Duration, (width, first, end): (usize, usize, usize)) -> u32 {
+    let start = Instant::now();
+    let n = estimate.components();
+    let pixels = width * (end - first);
+    let mut done = 0u64;
+    let mut paths = 1;
+    let mut took = Duration::ZERO;
+    // A golden-ratio walk comes by all parts of the picture.
+    let mut at = 0.5f64;
+    while start.elapsed() < time.mul_f64(0.05) || done == 0 {
+        let batch: Vec<usize> = (0..64)
+            .map(|_| {
+                at = (at + 0.618_033_988_749_894_9).fract();
+                ((at * pixels as f64) as usize).min(pixels - 1)
+            })
+            .collect();
+        let one = |i: &usize| {
+            let mut out = vec![0.0; n];
+            shade(estimate, Effort::Paths(paths), i % width, first + i / width, 1, &mut out);
+        };
+        let begin = Instant::now();
+        if parallel::pool() {
+            batch.par_iter().for_each(one)
+        } else {
+            batch.iter().for_each(one)
         }
-        film.develop(&sum, 1.0 / f64::from(samples), out);
-    }))
+        took += begin.elapsed();
+        done += 64 * u64::from(paths);
+        paths = (paths * 2).min(64);
+    }
+    let left = time.saturating_sub(start.elapsed()).as_secs_f64();
+    let rate = done as f64 / took.as_secs_f64().max(1e-9);
+    ((rate * left / pixels as f64) as u32).max(1)
 }
 
-/// Luminous power of each emitter; equal weights where a scene has none.
-fn power(scene: &Scene) -> Result<Vec<f64>> {
-    let observer = Observer::cie1931()?;
-    // Once a light: a shining mesh has as many emitters as triangles.
-    let y: Vec<f64> = scene.lights.iter().map(|l| observer.integrate(&l.radiance)[1]).collect();
-    let power: Vec<f64> = scene.emitters.iter().map(|e| y[e.light] * e.area_m2()).collect();
-    Ok(if power.iter().all(|p| *p > 0.0) { power } else { vec![1.0; power.len()] })
+impl Rendering {
+    /// Renders rows into `data`.
+    fn fill(&mut self, rows: usize, data: &mut [f32]) {
+        let n = self.header.ncomp;
+        let runs = runs(self.width, self.row, rows);
+        let (estimate, effort) = (&*self.estimate, self.effort);
+        let mut pieces = Vec::with_capacity(runs.len());
+        let mut rest = data;
+        for run in runs {
+            let (piece, after) = rest.split_at_mut(run.2 * n);
+            pieces.push((run, piece));
+            rest = after;
+        }
+        let one = |((x, y, count), out): ((usize, usize, usize), &mut [f32])| shade(estimate, effort, x, y, count, out);
+        // Tallies are gathered in order, so that sums do not depend on the threads.
+        let tallies: Vec<Tally> = if parallel::pool() {
+            pieces.into_par_iter().map(one).collect()
+        } else {
+            pieces.into_iter().map(one).collect()
+        };
+        self.tally = tallies.iter().fold(self.tally, |a, b| a.with(b));
+    }
+
+    fn finish(&mut self) {
+        self.bar.finish_and_clear();
+        if let Effort::Error { target, most } = self.effort {
+            let Tally { pixels, paths, short, .. } = self.tally;
+            if short > 0 {
+                self.notes.add(format!(
+                    "{short} of {pixels} pixels missed --error {target} within {most} paths; the worst has {:.3}",
+                    self.tally.worst
+                ));
+            } else if pixels > 0 {
+                self.notes.add(format!("{:.1} paths a pixel", paths as f64 / pixels as f64));
+            }
+        }
+        let endless = self.estimate.endless();
+        if endless > 0 {
+            self.notes.add(format!(
+                "{endless} paths were cut after {} bounces: light hardly ends in this scene, and the picture lacks what is left",
+                crate::render::path::MOST_BOUNCES
+            ));
+        }
+    }
 }
 
 impl Picture for Rendering {
@@ -149,22 +250,28 @@ impl Picture for Rendering {
         let n = self.header.ncomp;
         block.rows = rows;
         block.data.resize(rows * self.width * n, 0.0);
-        let (first, width, shade) = (self.row, self.width, &self.shade);
-        let task = |(i, pixels): (usize, &mut [f32])| {
-            for (k, out) in pixels.chunks_exact_mut(n).enumerate() {
-                let at = i * PIXELS_A_TASK + k;
-                shade(at % width, first + at / width, out);
-            }
+        let mut data = std::mem::take(&mut block.data);
+        let known = match &mut self.checkpoint {
+            Some(c) => c.recall(self.row - self.first, &mut data)?,
+            None => false,
         };
-        if parallel::pool() {
-            block.data.par_chunks_mut(PIXELS_A_TASK * n).enumerate().for_each(task);
-        } else {
-            block.data.chunks_mut(PIXELS_A_TASK * n).enumerate().for_each(task);
+        if !known {
+            self.fill(rows, &mut data);
+            if let Some(c) = &mut self.checkpoint {
+                c.keep(self.row - self.first, &data)?;
+            }
         }
+        block.data = data;
         self.row += rows;
+        if matches!(self.effort, Effort::Error { .. }) {
+            self.bar.set_message(format!(", error {:.4}", self.tally.error()));
+        }
         self.bar.set_position((self.row - self.first) as u64);
         if rows == 0 {
-            self.bar.finish_and_clear();
+            self.finish();
+            if let Some(c) = self.checkpoint.take() {
+                c.remove()?;
+            }
         }
         Ok(rows > 0)
     }

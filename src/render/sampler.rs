@@ -6,21 +6,19 @@
 pub struct Sampler {
     seed: u32,
     index: u32,
-    pair: u32,
 }
 
 impl Sampler {
     /// Sample number `index` of the pixel at (x, y).
-    pub fn new(x: usize, y: usize, index: u32, seed: u32) -> Sampler {
-        let pixel = hash(hash(x as u32 ^ hash(seed)) ^ y as u32);
-        Sampler { seed: pixel, index, pair: 0 }
+    pub fn new(x: u32, y: u32, index: u32, seed: u32) -> Sampler {
+        let pixel = hash(hash(x ^ hash(seed)) ^ y);
+        Sampler { seed: pixel, index }
     }
 
-    /// The next point of the unit square.
+    /// Point number `pair` of the unit square: dimensions 2 pair and 2 pair + 1.
     #[inline]
-    pub fn next2(&mut self) -> [f32; 2] {
-        let seed = hash(self.seed ^ hash(self.pair.wrapping_add(0x9e37_79b9)));
-        self.pair += 1;
+    pub fn pair(&self, pair: u32) -> [f32; 2] {
+        let seed = hash(self.seed ^ hash(pair.wrapping_add(0x9e37_79b9)));
         // Scrambling the index shuffles the sequence and leaves every aligned run of 2^m points a net.
         let index = owen(self.index, seed);
         [unit(scramble(index, hash(seed ^ 0x68bc_21eb))), unit(scramble(pascal(index), hash(seed ^ 0x02e5_be93)))]
@@ -78,9 +76,9 @@ mod tests {
     #[test]
     fn each_pair_of_dimensions_is_a_net() {
         for seed in 0..8 {
-            let mut samplers: Vec<Sampler> = (0..64).map(|i| Sampler::new(3, 5, i, seed)).collect();
-            for _pair in 0..6 {
-                let points: Vec<[f32; 2]> = samplers.iter_mut().map(Sampler::next2).collect();
+            let samplers: Vec<Sampler> = (0..64).map(|i| Sampler::new(3, 5, i, seed)).collect();
+            for pair in 0..6 {
+                let points: Vec<[f32; 2]> = samplers.iter().map(|s| s.pair(pair)).collect();
                 for split in 0..=6 {
                     let (nx, ny) = (1 << split, 64 >> split);
                     let mut boxes = vec![0; 64];
@@ -98,8 +96,8 @@ mod tests {
         let n = 4096;
         let mut sum = 0.0;
         for i in 0..n {
-            let a = Sampler::new(i, 0, 0, 1).next2()[0];
-            let b = Sampler::new(i + 1, 0, 0, 1).next2()[0];
+            let a = Sampler::new(i, 0, 0, 1).pair(0)[0];
+            let b = Sampler::new(i + 1, 0, 0, 1).pair(0)[0];
             sum += f64::from((a - 0.5) * (b - 0.5));
         }
         // 12 x covariance of independent uniforms has a standard deviation of 1 / sqrt(n).

@@ -168,6 +168,12 @@ impl Geometry {
         Some(Hit { t: found.t, point, normal, surface: self.surfaces[i] })
     }
 
+    /// True when nothing stands between a point and what lies beyond the scene.
+    pub fn unoccluded(&self, from: Vec3A, direction: Vec3A) -> bool {
+        let ray = Ray::new(from, direction, 0.0, f32::MAX);
+        self.bvh.ray_traverse_miss(ray, |ray, i| self.primitives[i].intersect(ray))
+    }
+
     /// True when nothing stands between two points, both already moved off their surfaces.
     pub fn visible(&self, from: Vec3A, to: Vec3A) -> bool {
         let ray = Ray::new(from, to - from, 0.0, 1.0);

@@ -2,35 +2,44 @@
 
 pub mod bvh;
 pub mod camera;
-pub mod emitter;
+pub mod light;
 pub mod load;
 pub mod mesh;
 pub mod palette;
 pub mod ray;
-pub mod spectrum_key;
+
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use crate::Result;
 use crate::color::Xy;
+use crate::material::{Ink, Material};
 use crate::spectral::{Observer, Spectrum};
 
 pub use bvh::{Geometry, Hit};
 pub use camera::Camera;
-pub use emitter::Emitter;
+use light::Lamp;
+use light::tree::LightTree;
 
 /// A scene, lengths in metres.
 pub struct Scene {
-    /// Who looks.
-    pub camera: Camera,
+    /// Who looks, if anyone.
+    pub camera: Option<Camera>,
     /// Materials, in the order of their names.
-    pub materials: Vec<Material>,
+    pub materials: Vec<Arc<dyn Material>>,
+    /// Spectra that materials refer to by number.
+    pub inks: Vec<Ink>,
+    /// Basis of RGB colours.
+    pub srgb: [Spectrum; 3],
     /// Light spectra, in the order of their names.
     pub lights: Vec<Light>,
     /// All surfaces.
     pub geometry: Geometry,
-    /// Surfaces that shine, each with its light.
-    pub emitters: Vec<Emitter>,
+    /// Whatever shines.
+    pub lamps: Vec<Lamp>,
+    /// Which of them to look at.
+    pub tree: LightTree,
     /// Where the geometry's numbers come from.
     pub frame: Frame,
     /// Most bounces that the scene file asks for.
@@ -54,17 +63,6 @@ impl Frame {
     }
 }
 
-/// A diffuse surface.
-#[derive(Clone, Debug)]
-pub struct Material {
-    /// Name in the scene file.
-    pub name: String,
-    /// Reflectance 0..1.
-    pub reflectance: Spectrum,
-    /// Both sides reflect; otherwise the back is black.
-    pub two_sided: bool,
-}
-
 /// Light that one or more surfaces give off, the same in every direction of the front.
 #[derive(Clone, Debug)]
 pub struct Light {
@@ -81,12 +79,34 @@ impl Scene {
         let mut best: Option<(f64, Xy)> = None;
         for (i, light) in self.lights.iter().enumerate() {
             let xyz = observer.integrate(&light.radiance);
-            let area: f64 = self.emitters.iter().filter(|e| e.light == i).map(Emitter::area_m2).sum();
-            let flux = xyz[1] * area;
+            let flux = xyz[1] * self.lamps.iter().map(|l| self.extent(l, i)).sum::<f64>();
             if let Some(xy) = Xy::of(xyz).filter(|_| best.is_none_or(|b| flux > b.0)) {
                 best = Some((flux, xy));
             }
         }
         Ok(best.filter(|b| b.0 > 0.0).map(|b| b.1))
     }
+
+    /// What a lamp's radiance times this gives its flux by, as far as it is of light `i`; beyond the scene, the flux through
+    /// it.
+    fn extent(&self, lamp: &Lamp, i: usize) -> f64 {
+        use std::f64::consts::PI;
+        // The scene is about a unit sphere in its frame.
+        match lamp {
+            Lamp::Area(e) if e.light == i => PI * e.area_m2(),
+            Lamp::Point(p) if p.light as usize == i => {
+                p.distribution.integral_sr() * self.frame.scale * self.frame.scale
+            }
+            Lamp::Sun(s) if s.light() == i => PI * s.solid_angle_sr(),
+            Lamp::Environment(e) if (e.light as usize..e.light as usize + e.surround.parts()).contains(&i) => {
+                PI * e.surround.integrals_sr()[i - e.light as usize]
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+/// Three spectra that linear sRGB colours are sums of.
+pub fn srgb_basis() -> Result<[Spectrum; 3]> {
+    Ok([Spectrum::Constant(0.0), Spectrum::Constant(0.0), Spectrum::Constant(0.0)])
 }

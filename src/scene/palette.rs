@@ -6,9 +6,9 @@ use std::path::Path;
 use crate::color::Xy;
 use crate::error::printable;
 use crate::keys::{self, Keys};
-use crate::scene::load::spectrum;
-use crate::scene::spectrum_key::SpectrumKey;
+use crate::material::read::spectrum;
 use crate::spectral::Spectrum;
+use crate::spectral::key::SpectrumKey;
 use crate::{Error, Result, invalid};
 
 /// Shares may miss 1 by this much for rounding.

@@ -124,6 +124,28 @@ impl Spectrum {
         }
     }
 
+    /// A function of every listed value.
+    pub fn map(&self, f: impl Fn(f64) -> f64) -> Spectrum {
+        match self {
+            Spectrum::Constant(c) => Spectrum::Constant(f(*c)),
+            Spectrum::Table(p) => Spectrum::Table(p.iter().map(|(nm, v)| (*nm, f(*v))).collect()),
+        }
+    }
+
+    /// The same with its first and last value going on for ever, for quantities that do not end where their table does.
+    pub fn extended(&self) -> Spectrum {
+        let Spectrum::Table(points) = self else { return self.clone() };
+        let (first, last) = (points[0], points[points.len() - 1]);
+        let mut all = points.clone();
+        if first.0 > 1.0 {
+            all.insert(0, (1.0, first.1));
+        }
+        if last.0 < 1e6 {
+            all.push((1e6, last.1));
+        }
+        Spectrum::Table(all)
+    }
+
     /// Smallest and largest value.
     pub fn range(&self) -> (f64, f64) {
         match self {

@@ -5,8 +5,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use luxpipe::notes::Notes;
 use luxpipe::parallel;
-use luxpipe::render::picture::{Job, render};
+use luxpipe::render::estimate::{Effort, Quantity};
+use luxpipe::render::picture::{Job, Work, render};
 use luxpipe::scene::{Scene, load};
 use luxpipe::spectral::Sampling;
 use luxpipe::stream::{Block, Picture};
@@ -28,15 +30,20 @@ pub fn scene(name: &str) -> Scene {
 
 /// XYZ from `bands` equal bins over 380 to 780 nm.
 pub fn job(scene: &Scene, bands: usize, samples: u32, seed: u32) -> Job {
-    Job {
+    let quantity = Quantity {
         sampling: Sampling::bins(380.0, 780.0, bands).unwrap(),
         range_nm: (380.0, 780.0),
         spectrum: false,
-        samples,
         seed,
         max_bounces: scene.max_bounces.unwrap_or(u32::MAX),
-        rows: (0, scene.camera.height),
+    };
+    Job {
+        quantity,
+        effort: Work::Each(Effort::Paths(samples)),
+        rows: (0, scene.camera.as_ref().unwrap().height),
         progress: false,
+        checkpoint: None,
+        notes: Notes::default(),
     }
 }
 
@@ -50,7 +57,7 @@ pub fn pixels(mut picture: Box<dyn Picture>) -> Vec<f32> {
 }
 
 /// Renders on all processors.
-pub fn rendered(scene: Scene, job: &Job) -> Vec<f32> {
+pub fn rendered(scene: Scene, job: Job) -> Vec<f32> {
     parallel::set_threads(0);
     pixels(render(scene, job, b"test".to_vec()).unwrap())
 }

@@ -1,8 +1,13 @@
-//! Shining surfaces and how to aim at them: rectangles, triangles and spheres by the solid angle they fill.
+//! Shining surfaces and how to aim at them: rectangles, triangles, disks and spheres by the solid angle they fill, cylinders
+//! by area.
 
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3A};
+
+use crate::scene::light::disk::SphericalEllipse;
+use crate::scene::light::{Aim, Emission};
+use crate::scene::ray;
 
 /// Below this solid angle (sr) the spherical formulas lose digits, and a point of the area is as good.
 const SMALL: f64 = 1e-5;
@@ -39,19 +44,39 @@ pub enum Shape {
         /// Shines into itself.
         inward: bool,
     },
+    /// A flat disk.
+    Disk {
+        /// Centre.
+        center: DVec3,
+        /// Unit normal of the front.
+        normal: DVec3,
+        /// Radius.
+        radius: f64,
+    },
+    /// An open tube.
+    Cylinder {
+        /// Middle of one end.
+        base: DVec3,
+        /// From there to the middle of the other end.
+        axis: DVec3,
+        /// Radius.
+        radius: f64,
+        /// Shines into itself.
+        inward: bool,
+    },
 }
 
 /// A place chosen on an emitter.
 #[derive(Clone, Copy, Debug)]
-pub struct Aim {
+struct Place {
     /// The place.
-    pub point: Vec3A,
+    point: Vec3A,
     /// The front's unit normal there.
-    pub normal: Vec3A,
+    normal: Vec3A,
     /// Unit direction from where one stands.
-    pub direction: Vec3A,
+    direction: Vec3A,
     /// Density of that direction, 1/sr.
-    pub pdf: f32,
+    pdf: f32,
 }
 
 impl Emitter {
@@ -61,11 +86,46 @@ impl Emitter {
             Shape::Rectangle { u, v, .. } => u.cross(*v).length(),
             Shape::Triangle([a, b, c]) => 0.5 * (*b - *a).cross(*c - *a).length(),
             Shape::Sphere { radius, .. } => 4.0 * PI * radius * radius,
+            Shape::Disk { radius, .. } => PI * radius * radius,
+            Shape::Cylinder { axis, radius, .. } => 2.0 * PI * radius * axis.length(),
         }
     }
 
+    /// Corners of a box around it, and the cone of its normals: axis and cosine of the half angle.
+    pub fn bounds(&self) -> ([DVec3; 2], DVec3, f64) {
+        let hull = |points: &[DVec3]| {
+            let low = points.iter().fold(DVec3::INFINITY, |a, p| a.min(*p));
+            [low, points.iter().fold(DVec3::NEG_INFINITY, |a, p| a.max(*p))]
+        };
+        match &self.shape {
+            Shape::Rectangle { corner, u, v } => {
+                let all = [*corner, *corner + *u, *corner + *v, *corner + *u + *v];
+                (hull(&all), u.cross(*v).normalize(), 1.0)
+            }
+            Shape::Triangle(t) => (hull(t), (t[1] - t[0]).cross(t[2] - t[0]).normalize(), 1.0),
+            Shape::Sphere { center, radius, .. } => ([*center - *radius, *center + *radius], DVec3::Z, -1.0),
+            Shape::Disk { center, normal, radius } => ([*center - *radius, *center + *radius], *normal, 1.0),
+            Shape::Cylinder { base, axis, radius, .. } => {
+                let [low, high] = hull(&[*base, *base + *axis]);
+                ([low - *radius, high + *radius], DVec3::Z, -1.0)
+            }
+        }
+    }
+
+    /// Its radiance.
+    #[inline]
+    pub fn emission(&self) -> Emission {
+        Emission::one(self.light as u32, 1.0)
+    }
+
+    /// Aims at its light as seen from a place.
+    pub fn aim(&self, from: Vec3A, u: [f32; 2]) -> Option<Aim> {
+        let Place { point, normal, direction, pdf } = self.place(from, u)?;
+        Some(Aim { direction, point: Some(ray::offset(point, normal)), pdf, emission: self.emission() })
+    }
+
     /// Chooses a place as seen from `from`; `None` where the front cannot be seen.
-    pub fn aim(&self, from: Vec3A, sample: [f32; 2]) -> Option<Aim> {
+    fn place(&self, from: Vec3A, sample: [f32; 2]) -> Option<Place> {
         let from = from.as_dvec3();
         let s = sample.map(f64::from);
         let (point, normal, pdf) = match &self.shape {
@@ -97,9 +157,25 @@ impl Emitter {
                 }
             }
             Shape::Sphere { center, radius, inward } => aim_at_sphere(from, *center, *radius, *inward, s)?,
+            Shape::Disk { center, normal, radius } => {
+                let seen = SphericalEllipse::new(from, *center, *normal, *radius)?;
+                let (point, pdf) = seen.sample(s)?;
+                (point, *normal, pdf)
+            }
+            Shape::Cylinder { base, axis, radius, inward } => {
+                let (x, y) = axis.normalize().any_orthonormal_pair();
+                let (sin, cos) = (2.0 * PI * s[1]).sin_cos();
+                let out = x * cos + y * sin;
+                let point = *base + *axis * s[0] + out * *radius;
+                let normal = if *inward { -out } else { out };
+                if normal.dot(from - point) <= 0.0 {
+                    return None;
+                }
+                (point, normal, area_pdf(from, point, normal, self.area_m2()))
+            }
         };
         let direction = (point - from).normalize();
-        (pdf > 0.0 && pdf.is_finite() && direction.is_finite()).then(|| Aim {
+        (pdf > 0.0 && pdf.is_finite() && direction.is_finite()).then(|| Place {
             point: point.as_vec3a(),
             normal: normal.as_vec3a(),
             direction: direction.as_vec3a(),
@@ -119,6 +195,9 @@ impl Emitter {
                 Some(one_minus_cos) => 1.0 / (2.0 * PI * one_minus_cos),
                 None => by_area(),
             },
+            Shape::Disk { center, normal, radius } => SphericalEllipse::new(from, *center, *normal, *radius)
+                .map_or(0.0, |seen| seen.pdf(point.as_dvec3() - from)),
+            Shape::Cylinder { .. } => by_area(),
         };
         pdf as f32
     }
@@ -287,7 +366,10 @@ mod tests {
             Shape::Triangle([DVec3::new(-1.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 0.3), DVec3::new(0.0, 1.5, 0.0)]);
         let ball = Shape::Sphere { center: DVec3::new(0.2, 0.0, 0.0), radius: 0.7, inward: false };
         let room = Shape::Sphere { center: DVec3::ZERO, radius: 9.0, inward: true };
-        [quad, triangle, ball, room].into_iter().map(|shape| Emitter { light: 0, shape }).collect()
+        let disk = Shape::Disk { center: DVec3::new(0.1, 0.2, 0.0), normal: DVec3::Z, radius: 1.3 };
+        let (base, axis) = (DVec3::new(0.2, 0.1, -2.0), DVec3::new(0.3, 0.0, 1.5));
+        let tube = Shape::Cylinder { base, axis, radius: 0.4, inward: false };
+        [quad, triangle, ball, room, disk, tube].into_iter().map(|shape| Emitter { light: 0, shape }).collect()
     }
 
     /// Irradiance from unit radiance by aiming equals the integral over a fine grid of the area.
@@ -301,7 +383,7 @@ mod tests {
                 for a in 0..n {
                     for b in 0..n {
                         let s = [(a as f32 + 0.5) / n as f32, (b as f32 + 0.5) / n as f32];
-                        let Some(aim) = emitter.aim(from, s) else { continue };
+                        let Some(aim) = emitter.place(from, s) else { continue };
                         let again = emitter.pdf(from, aim.point, aim.normal);
                         assert!((aim.pdf / again - 1.0).abs() < 2e-3, "shape {i}: {} {again}", aim.pdf);
                         assert!(aim.normal.dot(-aim.direction) > -1e-3, "shape {i} shows its back");
@@ -346,6 +428,16 @@ mod tests {
                         let r = (1.0 - z * z).sqrt();
                         let out = DVec3::new(r * phi.cos(), r * phi.sin(), z);
                         (*center + out * *radius, if *inward { -out } else { out })
+                    }
+                    Shape::Disk { center, normal, radius } => {
+                        let (x, y) = normal.any_orthonormal_pair();
+                        let (r, phi) = (radius * s.sqrt(), 2.0 * PI * t);
+                        (*center + x * (r * phi.cos()) + y * (r * phi.sin()), *normal)
+                    }
+                    Shape::Cylinder { base, axis, radius, inward } => {
+                        let (x, y) = axis.normalize().any_orthonormal_pair();
+                        let out = x * (2.0 * PI * t).cos() + y * (2.0 * PI * t).sin();
+                        (*base + *axis * s + out * *radius, if *inward { -out } else { out })
                     }
                 };
                 let d = p - from.as_dvec3();

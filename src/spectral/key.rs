@@ -49,7 +49,7 @@ impl SpectrumKey {
 /// As a word on a command line or in a CSV cell: a number, a name, or TOML where it begins with a bracket.
 ///
 /// ```
-/// use luxpipe::scene::spectrum_key::SpectrumKey;
+/// use luxpipe::spectral::key::SpectrumKey;
 /// assert_eq!("{ blackbody = 2856 }".parse::<SpectrumKey>().unwrap(), SpectrumKey::Blackbody(2856.0));
 /// assert_eq!("D65".parse::<SpectrumKey>().unwrap(), SpectrumKey::Named("D65".into()));
 /// ```

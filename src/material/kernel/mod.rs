@@ -1,0 +1,63 @@
+//! Kernels: how directions go, the same for every wavelength. One kernel, one file.
+
+pub mod complement;
+pub mod ggx;
+pub mod lambert;
+pub mod lobe;
+pub mod specular;
+pub mod ward;
+
+use glam::Vec3A;
+
+/// A kernel's value for a pair of directions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Value {
+    /// f |cos inc|, 1/sr.
+    pub f_cos: f32,
+    /// Density with which [`Kernel::sample`] chooses `inc`, 1/sr.
+    pub pdf: f32,
+}
+
+/// A direction chosen by a kernel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// Where light comes from, unit.
+    pub inc: Vec3A,
+    /// f |cos inc| / density.
+    pub weight: f32,
+    /// Density, 1/sr; infinite where one direction is the only one, as for a mirror.
+    pub pdf: f32,
+}
+
+/// A scalar scattering function in the frame of [`crate::material`].
+pub trait Kernel: Send + Sync {
+    /// Value and density; both 0 where a kernel sends light along single directions.
+    fn evaluate(&self, out: Vec3A, inc: Vec3A) -> Value;
+
+    /// Chooses `inc` with two numbers in 0..1; `None` where the choice meets nothing.
+    fn sample(&self, out: Vec3A, u: [f32; 2]) -> Option<Turn>;
+
+    /// Light comes through the surface from the other side.
+    fn transmits(&self) -> bool {
+        false
+    }
+
+    /// Sends light along single directions only: nothing to aim at a lamp for.
+    fn is_specular(&self) -> bool {
+        false
+    }
+}
+
+/// A point of the unit disk from two numbers in 0..1, areas kept, squares to rings (Shirley and Chiu 1997).
+pub fn disk(u: [f32; 2]) -> [f32; 2] {
+    let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
+    let (r, phi) = if a * a > b * b {
+        (a, std::f32::consts::FRAC_PI_4 * (b / a))
+    } else if b != 0.0 {
+        (b, std::f32::consts::FRAC_PI_2 - std::f32::consts::FRAC_PI_4 * (a / b))
+    } else {
+        (0.0, 0.0)
+    };
+    let (sin, cos) = phi.sin_cos();
+    [r * cos, r * sin]
+}

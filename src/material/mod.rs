@@ -1,0 +1,125 @@
+//! Materials: what a surface does to light, as lobes. A lobe is a [`Kernel`], how directions go, times a [`Tint`], what
+//! happens to each wavelength. Directions never depend on the wavelength here, so geometry is computed once for all of them.
+//!
+//! Frame: +z is the shading normal on the side that light leaves to. `out` is where light goes (to the eye), z > 0; `inc`
+//! where it comes from: z > 0 for reflection, z < 0 for transmission. Radiance is transported: L(out) = integral of
+//! f(out, inc) L(inc) |cos inc|.
+//!
+//! One material, one file whose head is its manual page; a new one also gets its line in [`read::KINDS`].
+
+pub mod albedo;
+pub mod coated;
+pub mod conductor;
+pub mod dielectric;
+pub mod diffuse;
+pub mod fresnel;
+pub mod glass;
+pub mod kernel;
+pub mod mirror;
+pub mod mixture;
+pub mod radiance;
+pub mod read;
+pub mod tint;
+
+use glam::Vec3A;
+
+pub use kernel::{Kernel, Turn, Value};
+pub use tint::{Base, Ink, Tint};
+
+/// Where a material is asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Site {
+    /// Place in metres.
+    pub place: [f64; 3],
+    /// Texture coordinates.
+    pub uv: [f32; 2],
+    /// The mesh's own colour there, linear sRGB reflectance.
+    pub colour: Option<[f32; 3]>,
+    /// Light leaves to the front.
+    pub front: bool,
+}
+
+/// One way in which a surface passes light on.
+#[derive(Clone, Copy)]
+pub struct Lobe<'a> {
+    /// Where it goes.
+    pub kernel: &'a dyn Kernel,
+    /// What happens to each wavelength.
+    pub tint: Tint,
+    /// Factor of the whole lobe.
+    pub factor: f32,
+    /// About the share of light that it passes on, for choosing; 0 only where `factor` is.
+    pub odds: f32,
+}
+
+/// Most lobes of one surface.
+pub const MOST_LOBES: usize = 12;
+
+/// The lobes of a surface seen from one direction.
+#[derive(Default)]
+pub struct Lobes<'a> {
+    list: [Option<Lobe<'a>>; MOST_LOBES],
+    count: usize,
+}
+
+impl<'a> Lobes<'a> {
+    /// Adds a lobe; those beyond [`MOST_LOBES`] are refused when a scene is read.
+    pub fn push(&mut self, lobe: Lobe<'a>) {
+        if lobe.factor > 0.0 && lobe.odds > 0.0 && self.count < MOST_LOBES {
+            self.list[self.count] = Some(lobe);
+            self.count += 1;
+        }
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = &Lobe<'a>> {
+        self.list[..self.count].iter().flatten()
+    }
+
+    /// The lobes from the `from`-th on, their factors and odds times `k`.
+    pub fn scale(&mut self, from: usize, k: f32) {
+        for lobe in self.list[from..self.count].iter_mut().flatten() {
+            lobe.factor *= k;
+            lobe.odds *= k;
+        }
+    }
+
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// A black surface.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Chooses one by lot with a number in 0..1, its factor divided by the chance; `None` for a black surface.
+    pub fn choose(&self, lot: f32) -> Option<Lobe<'a>> {
+        if self.count == 1 {
+            return self.list[0];
+        }
+        let total: f32 = self.iter().map(|l| l.odds).sum();
+        let mut left = lot * total;
+        let mut chosen = None;
+        for lobe in self.iter() {
+            chosen = Some(Lobe { factor: lobe.factor * (total / lobe.odds), ..*lobe });
+            if left < lobe.odds {
+                break;
+            }
+            left -= lobe.odds;
+        }
+        chosen
+    }
+}
+
+/// What a surface is made of.
+pub trait Material: Send + Sync {
+    /// The lobes for light that leaves along `out` (see the module) at `site`.
+    fn lobes<'a>(&'a self, site: &Site, out: Vec3A, lobes: &mut Lobes<'a>);
+
+    /// Needs the site's texture coordinates, colour or place.
+    fn looks_at_site(&self) -> bool {
+        false
+    }
+}

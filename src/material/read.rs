@@ -1,0 +1,190 @@
+//! Materials as scene files write them. One line a kind in [`KINDS`]; a material's keys are read in its own file.
+
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::error::printable;
+use crate::keys::Keys;
+use crate::material::{Base, Ink, Material, Site};
+use crate::material::{coated, conductor, dielectric, diffuse, glass, mirror, mixture, radiance};
+use crate::spectral::Spectrum;
+use crate::spectral::key::SpectrumKey;
+use crate::{Error, Result};
+
+/// Reads one kind of material from its table.
+pub type Read = fn(&mut Reader) -> Result<Arc<dyn Material>>;
+
+/// All kinds of material, by the word after `type`.
+pub const KINDS: &[(&str, Read)] = &[
+    ("diffuse", diffuse::read),
+    ("conductor", conductor::read),
+    ("coated", coated::read),
+    ("mirror", mirror::read),
+    ("glass", glass::read),
+    ("dielectric", dielectric::read),
+    ("plastic", radiance::read_plastic),
+    ("metal", radiance::read_metal),
+    ("trans", radiance::read_trans),
+    ("mixture", mixture::read),
+];
+
+/// A material with its name.
+pub type Named = (String, Arc<dyn Material>);
+
+/// What materials of a scene share while they are read.
+pub struct Reader<'k, 'a> {
+    /// The material's table.
+    pub keys: &'k mut Keys<'a>,
+    /// Where files lie.
+    pub folder: &'k Path,
+    /// Spectra of all materials so far.
+    pub inks: &'k mut Vec<Ink>,
+    /// Materials read before this one.
+    pub before: &'k [Named],
+}
+
+/// A surface's colour: a spectrum, or a texture of them.
+#[derive(Clone)]
+pub enum Paint {
+    /// The same everywhere.
+    Plain(Base),
+    /// A function of the place.
+    Texture(Arc<dyn Texture>),
+}
+
+/// A reflectance that varies.
+pub trait Texture: Send + Sync {
+    /// Reflectance at a site.
+    fn base(&self, site: &Site) -> Base;
+}
+
+impl Paint {
+    /// The colour at a site.
+    #[inline]
+    pub fn at(&self, site: &Site) -> Base {
+        match self {
+            Paint::Plain(base) => *base,
+            Paint::Texture(t) => t.base(site),
+        }
+    }
+
+    /// Needs to know where.
+    pub fn varies(&self) -> bool {
+        matches!(self, Paint::Texture(_))
+    }
+}
+
+/// The mesh's own colours.
+struct Vertex;
+
+impl Texture for Vertex {
+    fn base(&self, site: &Site) -> Base {
+        Base::Rgb(site.colour.unwrap_or([0.0; 3]))
+    }
+}
+
+impl Reader<'_, '_> {
+    /// A spectrum and its place.
+    pub fn spectrum(&mut self, key: &'static str) -> Result<Option<(Spectrum, Range<usize>)>> {
+        spectrum(self.keys, key, self.folder)
+    }
+
+    /// Registers a spectrum.
+    pub fn ink(&mut self, ink: Ink) -> u32 {
+        let known = self.inks.iter().position(|i| *i == ink);
+        known.unwrap_or_else(|| {
+            self.inks.push(ink);
+            self.inks.len() - 1
+        }) as u32
+    }
+
+    /// A reflectance in 0..1 that must be there: `reflectance`, or `texture` in its place.
+    pub fn paint(&mut self) -> Result<Paint> {
+        let plain = self.reflectance("reflectance")?;
+        match (plain, self.texture()?) {
+            (Some(base), None) => Ok(Paint::Plain(base)),
+            (None, Some(texture)) => Ok(Paint::Texture(texture)),
+            (None, None) => Err(self.keys.wrong("key 'reflectance' is missing (or 'texture')")),
+            (Some(_), Some(_)) => Err(self.keys.wrong("give reflectance or texture, not both")),
+        }
+    }
+
+    /// A spectrum within 0..1.
+    pub fn reflectance(&mut self, key: &'static str) -> Result<Option<Base>> {
+        let Some((reflectance, span)) = self.spectrum(key)? else { return Ok(None) };
+        let (low, high) = reflectance.range();
+        if low < 0.0 || high > 1.0 {
+            return Err(self.keys.wrong_key(key, span, &format!("runs from {low} to {high}; it must lie in 0 to 1")));
+        }
+        Ok(Some(match reflectance {
+            Spectrum::Constant(r) => Base::Grey(r as f32),
+            table => Base::Ink(self.ink(Ink::Reflectance(table))),
+        }))
+    }
+
+    fn texture(&mut self) -> Result<Option<Arc<dyn Texture>>> {
+        match self.keys.get_spanned::<String>("texture")? {
+            None => Ok(None),
+            Some((word, _)) if word == "vertex" => Ok(Some(Arc::new(Vertex))),
+            Some((_, span)) => Err(self.keys.wrong_key("texture", span, "expected \"vertex\"")),
+        }
+    }
+
+    /// A number within bounds, or its default.
+    pub fn within(&mut self, key: &'static str, bounds: (f64, f64), default: f64) -> Result<f32> {
+        let right = format!("must lie in {} to {}", bounds.0, bounds.1);
+        let number = self.keys.number(key, &right, |x| (bounds.0..=bounds.1).contains(&x))?;
+        Ok(number.unwrap_or(default) as f32)
+    }
+
+    /// Both sides of the surface are alike, which is the default.
+    pub fn two_sided(&mut self) -> Result<bool> {
+        Ok(self.keys.get("two_sided")?.unwrap_or(true))
+    }
+}
+
+/// The spectrum of a key, with its place.
+pub fn spectrum(k: &mut Keys, key: &'static str, folder: &Path) -> Result<Option<(Spectrum, Range<usize>)>> {
+    match k.get_spanned::<SpectrumKey>(key)? {
+        None => Ok(None),
+        Some((s, span)) => match s.resolve(folder) {
+            Ok(s) => Ok(Some((s, span))),
+            Err(e) => Err(k.wrong_key(key, span, &e.to_string())),
+        },
+    }
+}
+
+/// Reads the tables `[materials.NAME]`; mixtures after what they are made of.
+pub fn read_all(tables: Vec<(String, Keys)>, folder: &Path, inks: &mut Vec<Ink>) -> Result<Vec<Named>> {
+    let is_mixture = |k: &Keys| k.peek::<String>("type").is_some_and(|t| t == "mixture");
+    let (mixtures, plain): (Vec<_>, Vec<_>) = tables.into_iter().partition(|(_, k)| is_mixture(k));
+    let mut materials: Vec<Named> = Vec::new();
+    for (name, mut keys) in plain.into_iter().chain(mixtures) {
+        let read = kind(&mut keys)?;
+        let material = read(&mut Reader { keys: &mut keys, folder, inks, before: &materials })?;
+        keys.finish()?;
+        materials.push((name, material));
+    }
+    materials.sort_by(|a, b| a.0.cmp(&b.0));
+    Ok(materials)
+}
+
+fn kind(keys: &mut Keys) -> Result<Read> {
+    let Some((kind, span)) = keys.get_spanned::<String>("type")? else { return Ok(diffuse::read) };
+    match KINDS.iter().find(|k| k.0 == kind) {
+        Some((_, read)) => Ok(*read),
+        None => {
+            let known: Vec<&str> = KINDS.iter().map(|k| k.0).collect();
+            let message = format!("no material '{}'; there are {}", printable(kind.as_bytes()), known.join(", "));
+            Err(keys.wrong_key("type", span, &message))
+        }
+    }
+}
+
+/// Index of a material by name, for mixtures.
+pub fn named(r: &Reader, name: &str) -> Result<Arc<dyn Material>, Error> {
+    let found = r.before.iter().find(|m| m.0 == name).map(|m| m.1.clone());
+    found
+        .ok_or_else(|| r.keys.wrong(&format!("of: no material '{}' that is not a mixture", printable(name.as_bytes()))))
+}

@@ -1,0 +1,283 @@
+//! How much light arrives along a pixel, a ray or on a point: paths until there are enough.
+//!
+//! A fixed number of paths is one randomised net, the best there is for that number. To know the error as well, the paths
+//! come in [`REPLICATES`] nets with randomisations of their own, each of them doubled until the spread of their means says
+//! that the mean is good enough [Owen 1997].
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::Vec3A;
+
+use crate::render::film::{Bands, Film, Tristimulus};
+use crate::render::lanes::{Diagonal, GROUP, Inks};
+use crate::render::path::Tracer;
+use crate::render::sampler::Sampler;
+use crate::scene::Scene;
+use crate::spectral::{Observer, Sampling, Spectrum};
+use crate::{Error, Result, invalid};
+
+/// Independent randomisations that tell the error.
+pub const REPLICATES: u32 = 8;
+/// Paths that each of them takes at first.
+const FIRST_PATHS: u32 = 4;
+/// Most wavelengths: 8 lanes x the largest number of groups below.
+pub const MOST_WAVELENGTHS: usize = GROUP * 60;
+/// Probes that are neighbours, and judged together: the error of one alone is itself uncertain.
+pub const NEIGHBOURS: usize = 16;
+
+/// What an estimate is of.
+#[derive(Clone, Debug)]
+pub struct Quantity {
+    /// Wavelengths that paths carry.
+    pub sampling: Sampling,
+    /// Wavelengths that count, nm.
+    pub range_nm: (f64, f64),
+    /// Spectral radiance instead of XYZ.
+    pub spectrum: bool,
+    /// Another seed, another noise.
+    pub seed: u32,
+    /// Most bounces; light that comes straight from a lamp has none.
+    pub max_bounces: u32,
+}
+
+/// How much work a probe is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Effort {
+    /// Paths a probe.
+    Paths(u32),
+    /// Standard error of the luminance over the luminance, and most paths a probe.
+    Error {
+        /// Relative standard error.
+        target: f64,
+        /// Paths at most.
+        most: u32,
+    },
+}
+
+/// Where light is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Probe {
+    /// The mean radiance of a pixel.
+    Pixel {
+        /// From the left.
+        x: u32,
+        /// From the top.
+        y: u32,
+    },
+    /// Radiance along a ray, in the scene's frame.
+    Ray {
+        /// Start.
+        origin: Vec3A,
+        /// Unit direction.
+        direction: Vec3A,
+        /// Tells rays apart.
+        number: u64,
+    },
+    /// Irradiance of a point.
+    Irradiance {
+        /// Place in the scene's frame.
+        point: Vec3A,
+        /// Unit normal.
+        normal: Vec3A,
+        /// Tells points apart.
+        number: u64,
+    },
+}
+
+/// How good an estimate is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quality {
+    /// cd/m2, or lx; of spectra without visible light the sum of the bands.
+    pub luminance: f64,
+    /// Of the luminance; NaN where a fixed number of paths does not tell.
+    pub standard_error: f64,
+    /// Paths taken.
+    pub paths: u64,
+    /// The target was not reached.
+    pub short: bool,
+}
+
+/// Estimates of one scene.
+pub trait Estimate: Send + Sync {
+    /// Numbers a probe gives.
+    fn components(&self) -> usize;
+
+    /// Measures neighbours, at most [`NEIGHBOURS`] of them; `out` holds their components one after the other.
+    fn measure(&self, probes: &[Probe], effort: Effort, out: &mut [f32]) -> [Quality; NEIGHBOURS];
+
+    /// Paths that were cut off although they went on and on.
+    fn endless(&self) -> u64;
+}
+
+/// The smallest number of lane groups that holds the wavelengths.
+pub fn estimator(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dyn Estimate>> {
+    match quantity.sampling.count().div_ceil(GROUP) {
+        0..=1 => film::<1>(scene, quantity),
+        2 => film::<2>(scene, quantity),
+        3 => film::<3>(scene, quantity),
+        4..=6 => film::<6>(scene, quantity),
+        7..=10 => film::<10>(scene, quantity),
+        11..=20 => film::<20>(scene, quantity),
+        21..=60 => film::<60>(scene, quantity),
+        _ => {
+            let count = quantity.sampling.count();
+            Err(Error::Unsupported(format!("{count} wavelengths; at most {MOST_WAVELENGTHS}")))
+        }
+    }
+}
+
+fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dyn Estimate>> {
+    if scene.lamps.is_empty() {
+        return invalid!("nothing in the scene gives off light");
+    }
+    let lights: Vec<&Spectrum> = scene.lights.iter().map(|l| &l.radiance).collect();
+    let observer = Observer::cie1931()?;
+    let Quantity { sampling, range_nm, seed, max_bounces, .. } = quantity.clone();
+    let inks = Inks::<G>::new(&scene.inks, &scene.srgb, &sampling);
+    let endless = AtomicU64::new(0);
+    Ok(if quantity.spectrum {
+        let film = Bands::<G>::new(&lights, &sampling, &observer);
+        Arc::new(Estimator { scene, film, inks, seed, max_bounces, endless })
+    } else {
+        let film = Tristimulus::<G>::new(&lights, &sampling, range_nm, &observer);
+        Arc::new(Estimator { scene, film, inks, seed, max_bounces, endless })
+    })
+}
+
+struct Estimator<const G: usize, F> {
+    scene: Arc<Scene>,
+    film: F,
+    inks: Inks<G>,
+    seed: u32,
+    max_bounces: u32,
+    endless: AtomicU64,
+}
+
+impl<const G: usize, F: Film<Diagonal<G>>> Estimator<G, F> {
+    /// Adds one path.
+    fn path(&self, probe: &Probe, index: u32, replicate: u32, sum: &mut F::Pixel) {
+        let Estimator { scene, film, inks, max_bounces, endless, .. } = self;
+        let tracer = Tracer::<Diagonal<G>, F> { scene, inks, film, max_bounces: *max_bounces, endless };
+        let seed = self.seed ^ replicate.wrapping_mul(0x9e37_79b9);
+        match *probe {
+            Probe::Pixel { x, y } => {
+                let Some(camera) = &scene.camera else { return };
+                let sampler = Sampler::new(x, y, index, seed);
+                let place = sampler.pair(0);
+                let lens = if camera.has_lens() { sampler.pair(1) } else { [0.0; 2] };
+                let (x, y) = (f64::from(x) + f64::from(place[0]), f64::from(y) + f64::from(place[1]));
+                if let Some((origin, direction)) = camera.ray(x, y, lens) {
+                    tracer.radiance(origin, direction, &sampler, sum);
+                }
+            }
+            Probe::Ray { origin, direction, number } => {
+                tracer.radiance(origin, direction, &numbered(number, index, seed), sum);
+            }
+            Probe::Irradiance { point, normal, number } => {
+                tracer.irradiance(point, normal, &numbered(number, index, seed), sum);
+            }
+        }
+    }
+
+    /// Paths `from..to` of all replicates.
+    fn add(&self, probe: &Probe, (from, to): (u32, u32), sums: &mut [F::Pixel]) {
+        for (replicate, sum) in sums.iter_mut().enumerate() {
+            for index in from..to {
+                self.path(probe, index, replicate as u32, sum);
+            }
+        }
+    }
+}
+
+/// The points of a numbered ray.
+fn numbered(number: u64, index: u32, seed: u32) -> Sampler {
+    Sampler::new(number as u32, (number >> 32) as u32 ^ 0x5bd1_e995, index, seed)
+}
+
+/// What turns a mean over paths into the probe's unit.
+fn unit(probe: &Probe) -> f64 {
+    match probe {
+        Probe::Irradiance { .. } => std::f64::consts::PI,
+        _ => 1.0,
+    }
+}
+
+impl<const G: usize, F: Film<Diagonal<G>>> Estimate for Estimator<G, F> {
+    fn components(&self) -> usize {
+        self.film.components()
+    }
+
+    fn endless(&self) -> u64 {
+        self.endless.load(Ordering::Relaxed)
+    }
+
+    fn measure(&self, probes: &[Probe], effort: Effort, out: &mut [f32]) -> [Quality; NEIGHBOURS] {
+        let mut quality = [Quality::default(); NEIGHBOURS];
+        let n = self.film.components();
+        let (target, most) = match effort {
+            Effort::Paths(paths) => {
+                for ((probe, out), quality) in probes.iter().zip(out.chunks_exact_mut(n)).zip(&mut quality) {
+                    let mut sum = self.film.black();
+                    self.add(probe, (0, paths), std::slice::from_mut(&mut sum));
+                    let factor = unit(probe) / f64::from(paths);
+                    self.film.develop(&sum, factor, out);
+                    let luminance = self.film.luminance(&sum) * factor;
+                    *quality = Quality { luminance, standard_error: f64::NAN, paths: paths.into(), short: false };
+                }
+                return quality;
+            }
+            Effort::Error { target, most } => (target, (most / REPLICATES).max(FIRST_PATHS)),
+        };
+        let mut sums = vec![vec![self.film.black(); REPLICATES as usize]; probes.len()];
+        let mut open = vec![true; probes.len()];
+        let mut done = vec![0u32; probes.len()];
+        let mut paths = FIRST_PATHS;
+        while open.contains(&true) {
+            for (i, probe) in probes.iter().enumerate().filter(|(i, _)| open[*i]) {
+                self.add(probe, (done[i], paths), &mut sums[i]);
+                done[i] = paths;
+                quality[i] = self.quality(probe, &sums[i], paths);
+            }
+            judge(&quality[..probes.len()], target, &mut open);
+            if paths >= most {
+                (0..probes.len()).filter(|i| open[*i]).for_each(|i| quality[i].short = true);
+                break;
+            }
+            paths = (2 * paths).min(most);
+        }
+        for (i, (probe, out)) in probes.iter().zip(out.chunks_exact_mut(n)).enumerate() {
+            let mut all = self.film.black();
+            sums[i].iter().for_each(|s| self.film.add(&mut all, s));
+            self.film.develop(&all, unit(probe) / f64::from(done[i] * REPLICATES), out);
+        }
+        quality
+    }
+}
+
+impl<const G: usize, F: Film<Diagonal<G>>> Estimator<G, F> {
+    fn quality(&self, probe: &Probe, sums: &[F::Pixel], paths: u32) -> Quality {
+        let r = f64::from(REPLICATES);
+        let factor = unit(probe) / f64::from(paths);
+        let means: Vec<f64> = sums.iter().map(|s| self.film.luminance(s) * factor).collect();
+        let luminance = means.iter().sum::<f64>() / r;
+        let variance = means.iter().map(|m| (m - luminance).powi(2)).sum::<f64>() / (r - 1.0);
+        let paths = u64::from(paths) * u64::from(REPLICATES);
+        Quality { luminance, standard_error: (variance / r).sqrt(), paths, short: false }
+    }
+}
+
+/// Which probes need more paths. An error from eight means is known to a quarter of itself only, so that each probe is
+/// judged by the larger one of its own and half of what its neighbours have, in squares; one much darker than its
+/// neighbours need not be known better than to a hundredth of their luminance.
+fn judge(quality: &[Quality], target: f64, open: &mut [bool]) {
+    let n = quality.len() as f64;
+    let mean = quality.iter().map(|q| q.luminance).sum::<f64>() / n;
+    let error2 = |q: &Quality| (q.standard_error / q.luminance.max(0.01 * mean).max(f64::MIN_POSITIVE)).powi(2);
+    let neighbours = quality.iter().map(error2).sum::<f64>() / n;
+    for (q, open) in quality.iter().zip(open) {
+        // Nothing found yet may mean that there is nothing, or that it is hard to find.
+        let blank = q.luminance <= 0.0 && q.paths < 512;
+        *open = blank || error2(q).max(0.5 * neighbours) > target * target;
+    }
+}

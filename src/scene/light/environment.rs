@@ -1,0 +1,97 @@
+//! Light from all around: the same everywhere, a sky, a picture. Its radiance is a sum of at most
+//! [`super::MOST_PARTS`] spectra with factors that go with the direction.
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3A};
+
+use crate::scene::light::{Aim, Emission, MOST_PARTS};
+
+/// Radiance by direction.
+pub trait Surround: Send + Sync {
+    /// How many spectra it is a sum of, at most [`MOST_PARTS`].
+    fn parts(&self) -> usize;
+
+    /// Their factors in a unit direction of the scene's axes.
+    fn factors(&self, direction: DVec3) -> [f32; MOST_PARTS];
+
+    /// Chooses a direction, with its density in 1/sr.
+    fn choose(&self, u: [f64; 2]) -> (DVec3, f64);
+
+    /// Density with which [`Surround::choose`] finds a direction.
+    fn density(&self, direction: DVec3) -> f64;
+
+    /// Integral of the factors over the sphere, sr: for choosing between lamps and for the picture's white.
+    fn integrals_sr(&self) -> [f64; MOST_PARTS];
+}
+
+/// The same in all directions, or in the upper half of them.
+pub struct Uniform {
+    /// Axis of the half; `None` for the whole sphere.
+    pub half: Option<DVec3>,
+}
+
+impl Surround for Uniform {
+    fn parts(&self) -> usize {
+        1
+    }
+
+    fn factors(&self, direction: DVec3) -> [f32; MOST_PARTS] {
+        let lit = self.half.is_none_or(|up| direction.dot(up) >= 0.0);
+        [if lit { 1.0 } else { 0.0 }, 0.0, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    fn choose(&self, u: [f64; 2]) -> (DVec3, f64) {
+        let z = if self.half.is_some() { u[0] } else { 1.0 - 2.0 * u[0] };
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        let (s, c) = (2.0 * PI * u[1]).sin_cos();
+        let axis = self.half.unwrap_or(DVec3::Z);
+        let (x, y) = axis.any_orthonormal_pair();
+        let direction = x * (r * c) + y * (r * s) + axis * z;
+        (direction, self.density(direction))
+    }
+
+    fn density(&self, direction: DVec3) -> f64 {
+        match self.half {
+            None => 1.0 / (4.0 * PI),
+            Some(up) if direction.dot(up) >= 0.0 => 1.0 / (2.0 * PI),
+            Some(_) => 0.0,
+        }
+    }
+
+    fn integrals_sr(&self) -> [f64; MOST_PARTS] {
+        let whole = if self.half.is_some() { 2.0 * PI } else { 4.0 * PI };
+        [whole, 0.0, 0.0, 0.0, 0.0, 0.0]
+    }
+}
+
+/// A surround with its spectra.
+pub struct Environment {
+    /// Number of its first spectrum in the scene's lights.
+    pub light: u32,
+    /// What it looks like.
+    pub surround: Box<dyn Surround>,
+}
+
+impl Environment {
+    fn emission(&self, direction: DVec3) -> Emission {
+        Emission { light: self.light, count: self.surround.parts() as u32, parts: self.surround.factors(direction) }
+    }
+
+    /// A direction, likelier where it is bright.
+    pub fn aim(&self, u: [f32; 2]) -> Option<Aim> {
+        let (direction, pdf) = self.surround.choose(u.map(f64::from));
+        (pdf > 0.0).then(|| Aim {
+            direction: direction.as_vec3a(),
+            point: None,
+            pdf: pdf as f32,
+            emission: self.emission(direction),
+        })
+    }
+
+    /// Radiance in a direction.
+    pub fn beyond(&self, direction: Vec3A) -> Option<(Emission, f32)> {
+        let d = direction.as_dvec3();
+        Some((self.emission(d), self.surround.density(d) as f32))
+    }
+}

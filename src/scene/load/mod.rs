@@ -1,0 +1,107 @@
+//! Scene files. docs/scenes.md is their manual; these files are their grammar.
+
+pub mod camera;
+pub mod lights;
+pub mod shapes;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use glam::DVec3;
+
+use crate::keys::{self, Keys};
+use crate::material::read as materials;
+use crate::scene::bvh::Geometry;
+use crate::scene::light::tree::LightTree;
+use crate::scene::{Scene, srgb_basis};
+use crate::{Error, Result};
+
+use shapes::Shapes;
+
+/// Reads a scene file.
+pub fn load(path: &Path) -> Result<Scene> {
+    let text = std::fs::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    parse(&text, folder).map_err(|e| e.in_file(path))
+}
+
+/// Reads a scene's text; files it names lie in `folder`.
+pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
+    let mut keys = keys::parse(text)?;
+    let metres = unit(&mut keys)?;
+    let camera = keys.table("camera")?.map(|k| camera::read(k, metres)).transpose()?;
+    let max_bounces = keys.number("max_bounces", "must be a whole number from 0", |x| x >= 0.0 && x.fract() == 0.0)?;
+    let mut inks = Vec::new();
+    let materials = materials::read_all(keys.tables("materials")?, folder, &mut inks)?;
+    let lights = keys.tables("lights")?.into_iter().map(|(name, k)| lights::read(name, k, metres, folder));
+    let mut lights = lights.collect::<Result<Vec<_>>>()?;
+    if let Some(k) = keys.table("environment")? {
+        lights.push(lights::read_environment(k, folder)?);
+    }
+    let index = |names: Vec<&str>| names.into_iter().enumerate().map(|(i, n)| (n.to_string(), i)).collect();
+    let named = Names {
+        materials: index(materials.iter().map(|m| m.0.as_str()).collect()),
+        lights: index(lights.iter().filter(|l| l.is_area()).map(|l| l.name.as_str()).collect()),
+    };
+    let mut shapes = Shapes::default();
+    for table in keys.array("shape")? {
+        shapes::read(table, metres, folder, &named, &mut shapes)?;
+    }
+    keys.finish()?;
+    let frame = shapes::frame(&shapes.solids);
+    let primitives = shapes.solids.iter().map(|s| s.placed(&frame)).collect();
+    let emitters: Vec<_> = shapes.emitters.iter().map(|e| shapes::placed_emitter(e, &frame)).collect();
+    let (lights, lamps) = lights::settle(lights, &shapes.emitters, emitters, &frame)?;
+    let tree = LightTree::new(&lamps, &lights::power(&lights, &lamps, &frame)?);
+    Ok(Scene {
+        camera: camera.map(|c| c.within(frame)),
+        materials: materials.into_iter().map(|m| m.1).collect(),
+        inks,
+        srgb: srgb_basis()?,
+        lights,
+        geometry: Geometry::build(primitives, shapes.surfaces)?,
+        lamps,
+        tree,
+        frame,
+        max_bounces: max_bounces.map(|b| b as u32),
+    })
+}
+
+/// Indices by name.
+pub struct Names {
+    /// Of materials.
+    pub materials: BTreeMap<String, usize>,
+    /// Of lights that shapes may have.
+    pub lights: BTreeMap<String, usize>,
+}
+
+fn unit(keys: &mut Keys) -> Result<f64> {
+    match keys.get_spanned::<String>("unit")? {
+        None => Ok(1.0),
+        Some((name, span)) => match name.as_str() {
+            "m" => Ok(1.0),
+            "cm" => Ok(0.01),
+            "mm" => Ok(0.001),
+            "in" => Ok(0.0254),
+            "ft" => Ok(0.3048),
+            _ => Err(keys.wrong_key("unit", span, "expected m, cm, mm, in or ft")),
+        },
+    }
+}
+
+/// A place or direction.
+pub fn point(keys: &mut Keys, key: &'static str) -> Result<DVec3> {
+    let p: [f64; 3] = keys.need(key)?;
+    let p = DVec3::from(p);
+    let fits = p.is_finite() && p.abs().max_element() < 1e12;
+    if fits { Ok(p) } else { Err(keys.wrong(&format!("{key}: a coordinate is not finite or beyond 1e12"))) }
+}
+
+/// Index of the material or light that a key names.
+pub fn look_up(k: &mut Keys, key: &'static str, names: &BTreeMap<String, usize>) -> Result<Option<usize>> {
+    let Some((name, span)) = k.get_spanned::<String>(key)? else { return Ok(None) };
+    let known = || names.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+    let name_shown = crate::error::printable(name.as_bytes());
+    let unknown = || k.wrong_key(key, span, &format!("no {key} '{name_shown}'; there are {}", known()));
+    names.get(&name).copied().ok_or_else(unknown).map(Some)
+}
