@@ -3,6 +3,7 @@
 mod common;
 
 use common::{job, npy, rendered, root, scene};
+use luxpipe::render::estimate::What;
 use luxpipe::render::picture::Job;
 use luxpipe::spectral::{Observer, Sampling, Spectrum, builtin};
 use luxpipe::units::K_M;
@@ -111,7 +112,7 @@ fn chart_once(lamp: &Spectrum, change: &impl Fn(&mut Job), samples: u32, seed: u
         let y = at(4.0 - row[0][1]);
         job.rows = (y - 1, y + 1);
         change(&mut job);
-        let n = if job.quantity.spectrum { job.quantity.sampling.count() } else { 3 };
+        let n = if job.quantity.what == What::Spectrum { job.quantity.sampling.count() } else { 3 };
         let picture = rendered(scene, job);
         for centre in row {
             let x = at(centre[0] + 4.0);
@@ -172,7 +173,7 @@ fn chart_patches_on_gauss_nodes_are_the_analytic_values() {
         lamp,
         |job| {
             job.quantity.sampling = Sampling::points(nodes.clone()).unwrap();
-            job.quantity.spectrum = true;
+            job.quantity.what = What::Spectrum;
         },
         4,
         256,

@@ -2,6 +2,7 @@
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum, ValueHint};
@@ -10,11 +11,13 @@ use serde::{Deserialize, Serialize};
 use crate::filter::{Filter, Product, Run};
 use crate::options::{Numbers, Range, lossy};
 use crate::render::checkpoint::{Checkpoint, fingerprint};
-use crate::render::estimate::{Effort, MOST_WAVELENGTHS, Quantity as Measured};
+use crate::render::estimate::{Effort, MOST_WAVELENGTHS, Quantity as Measured, What, estimator, note_endless};
 use crate::render::picture::{Job, Work, render};
+use crate::render::rays::Lines;
 use crate::scene::{Scene, load};
 use crate::spectral::{Observer, Sampling};
 use crate::stream::Picture;
+use crate::stream::output::Output;
 use crate::{Error, Result, clap_defaults, usage};
 
 /// What a pixel holds.
@@ -60,6 +63,18 @@ pub struct Spectrace {
     /// Most bounces; otherwise paths end by lot
     #[arg(long, value_name = "N")]
     pub max_bounces: Option<u32>,
+    /// Read one ray a line (origin, direction) from standard input, write its radiance
+    #[arg(long, conflicts_with_all = ["irradiance", "time", "rows", "checkpoint", "width", "height"], help_heading = "Rays and points")]
+    pub rays: bool,
+    /// Read one point and normal a line, write the irradiance (XYZ: lx)
+    #[arg(long, conflicts_with_all = ["time", "rows", "checkpoint", "width", "height"], help_heading = "Rays and points")]
+    pub irradiance: bool,
+    /// Lines are raw f32, both ways
+    #[arg(long, help_heading = "Rays and points")]
+    pub float: bool,
+    /// Two more columns: standard error of Y (with --error), and number of paths
+    #[arg(long, help_heading = "Rays and points")]
+    pub with_error: bool,
     /// Pixels across, in place of the scene's; the height follows unless given
     #[arg(long, value_name = "PIXELS")]
     pub width: Option<usize>,
@@ -97,8 +112,8 @@ impl Spectrace {
             None => Sampling::bins(from, to, self.bands).map_err(|e| Error::Usage(format!("--bands: {e}")))?,
         };
         let most = self.max_bounces.unwrap_or(u32::MAX).min(scene.max_bounces.unwrap_or(u32::MAX));
-        let spectrum = self.quantity == Quantity::Spectrum;
-        Ok(Measured { sampling, range_nm: (from, to), spectrum, seed: self.seed, max_bounces: most })
+        let what = if self.quantity == Quantity::Spectrum { What::Spectrum } else { What::Xyz };
+        Ok(Measured { sampling, range_nm: (from, to), what, seed: self.seed, max_bounces: most })
     }
 
     fn effort(&self) -> Result<Work> {
@@ -123,6 +138,30 @@ impl Spectrace {
             }
             Some(r) => usage!("--rows {r}: the picture has rows 0:{height}"),
         }
+    }
+
+    /// Rays or points from standard input.
+    fn lines(self, scene: Scene, run: &Run) -> Result<Product> {
+        let quantity = self.measured(&scene)?;
+        let Work::Each(effort) = self.effort()? else { return usage!("--time is for pictures") };
+        let scene = Arc::new(scene);
+        let estimate = estimator(scene.clone(), &quantity)?;
+        let lines = Lines {
+            scene,
+            estimate: estimate.clone(),
+            effort,
+            irradiance: self.irradiance,
+            float: self.float,
+            with_error: self.with_error,
+        };
+        let notes = run.notes.clone();
+        let write = Box::new(move |out: &mut Output| {
+            let every = |values: &[f32]| values.iter().map(|v| f64::from(*v)).collect();
+            lines.run(&mut std::io::stdin().lock(), out, &every)?;
+            note_endless(&*estimate, &notes);
+            Ok(())
+        });
+        Ok(Product::Bytes { binary: self.float, write })
     }
 
     /// The checkpoint file, which must be of this very picture.
@@ -165,6 +204,12 @@ impl Filter for Spectrace {
         let mut scene = load::load(path)?;
         if [self.width, self.height].iter().flatten().any(|n| !(1..=1_000_000).contains(n)) || self.samples == 0 {
             return usage!("--width, --height and --samples must be at least 1, sizes at most 1000000");
+        }
+        if self.rays || self.irradiance {
+            return self.lines(scene, run);
+        }
+        if self.float || self.with_error {
+            return usage!("--float and --with-error go with --rays or --irradiance");
         }
         let Some(camera) = scene.camera.take() else {
             return Err(Error::Invalid("the scene has no [camera]".into()).in_file(path));

@@ -46,6 +46,34 @@ pub fn conductor(cos: f32, n: f32, k: f32) -> f32 {
     0.5 * (s + p)
 }
 
+/// A metal's reflectances of s and p light and their retardance arg(-rp conj(rs)) in degrees, 0..180, with the time factor
+/// exp(-i w t): n + ik absorbs.
+///
+/// ```
+/// use luxpipe::material::fresnel::conductor_polarised;
+/// let (s, p, retardance_deg) = conductor_polarised(45f64.to_radians().cos(), 0.43, 2.455);
+/// assert!((s - 0.84941373).abs() < 1e-7 && (p - 0.72150368).abs() < 1e-7 && (retardance_deg - 30.268163).abs() < 1e-5);
+/// ```
+pub fn conductor_polarised(cos: f64, n: f64, k: f64) -> (f64, f64, f64) {
+    type Complex = (f64, f64);
+    let times = |a: Complex, b: Complex| (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0);
+    let over = |a: Complex, b: Complex| {
+        let d = b.0 * b.0 + b.1 * b.1;
+        ((a.0 * b.0 + a.1 * b.1) / d, (a.1 * b.0 - a.0 * b.1) / d)
+    };
+    let index2 = times((n, k), (n, k));
+    // n cos inside = sqrt(n^2 - sin^2), the root that decays.
+    let (re, im) = (index2.0 - (1.0 - cos * cos), index2.1);
+    let length = re.hypot(im);
+    let inside = ((0.5 * (length + re)).max(0.0).sqrt(), (0.5 * (length - re)).max(0.0).sqrt());
+    let s = over((cos - inside.0, -inside.1), (cos + inside.0, inside.1));
+    let front = (index2.0 * cos, index2.1 * cos);
+    let p = over((front.0 - inside.0, front.1 - inside.1), (front.0 + inside.0, front.1 + inside.1));
+    let product = times((-p.0, -p.1), (s.0, -s.1));
+    let square = |z: Complex| z.0 * z.0 + z.1 * z.1;
+    (square(s), square(p), product.1.atan2(product.0).to_degrees().abs())
+}
+
 /// Share of diffuse light that a dielectric reflects: from outside (`eta` > 1) or inside (`eta` < 1), 2 x integral of
 /// R cos over the cosine.
 ///

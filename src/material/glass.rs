@@ -39,6 +39,10 @@ impl Material for Glass {
             lobes.push(Lobe { kernel, tint, factor: if odds > 0.0 { 1.0 } else { 0.0 }, odds });
         }
     }
+
+    fn is_clear(&self) -> bool {
+        true
+    }
 }
 
 /// Reads one.

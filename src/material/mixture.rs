@@ -21,6 +21,10 @@ impl Material for Mixture {
         }
     }
 
+    fn is_clear(&self) -> bool {
+        self.0.iter().any(|(_, m)| m.is_clear())
+    }
+
     fn looks_at_site(&self) -> bool {
         self.0.iter().any(|(_, m)| m.looks_at_site())
     }

@@ -118,6 +118,11 @@ pub trait Material: Send + Sync {
     /// The lobes for light that leaves along `out` (see the module) at `site`.
     fn lobes<'a>(&'a self, site: &Site, out: Vec3A, lobes: &mut Lobes<'a>);
 
+    /// Has lobes that go straight through ([`Kernel::is_straight`]): lamps are looked for behind it.
+    fn is_clear(&self) -> bool {
+        false
+    }
+
     /// Needs the site's texture coordinates, colour or place.
     fn looks_at_site(&self) -> bool {
         false

@@ -77,6 +77,10 @@ impl Material for Normal {
         push(self.onward.as_ref().map_or(&ON as &dyn Kernel, |o| o), colour, on * self.transmitted_specular);
     }
 
+    fn is_clear(&self) -> bool {
+        self.onward.is_none() && self.transmitted * self.transmitted_specular > 0.0
+    }
+
     fn looks_at_site(&self) -> bool {
         self.paint.varies()
     }

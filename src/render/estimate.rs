@@ -9,12 +9,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3A;
 
-use crate::render::film::{Bands, Film, Tristimulus};
+use crate::notes::Notes;
+use crate::render::film::{Bands, Film, Responses};
 use crate::render::lanes::{Diagonal, GROUP, Inks};
-use crate::render::path::Tracer;
+use crate::render::path::{MOST_BOUNCES, Tracer};
 use crate::render::sampler::Sampler;
 use crate::scene::Scene;
-use crate::spectral::{Observer, Sampling, Spectrum};
+use crate::spectral::{Observer, Sampling, Spectrum, builtin};
+use crate::units::K_M;
 use crate::{Error, Result, invalid};
 
 /// Independent randomisations that tell the error.
@@ -33,12 +35,24 @@ pub struct Quantity {
     pub sampling: Sampling,
     /// Wavelengths that count, nm.
     pub range_nm: (f64, f64),
-    /// Spectral radiance instead of XYZ.
-    pub spectrum: bool,
+    /// What a probe's numbers are.
+    pub what: What,
     /// Another seed, another noise.
     pub seed: u32,
     /// Most bounces; light that comes straight from a lamp has none.
     pub max_bounces: u32,
+}
+
+/// What the numbers of a probe are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    /// XYZ in cd/m2 (lx).
+    Xyz,
+    /// W/sr/m2/nm (W/m2/nm), a number a wavelength.
+    Spectrum,
+    /// XYZ, and the five alpha-opic radiances (irradiances) of CIE S 026 in W/sr/m2 (W/m2): S, M, L cone, rhodopic,
+    /// melanopic.
+    Lighting,
 }
 
 /// How much work a probe is worth.
@@ -110,6 +124,17 @@ pub trait Estimate: Send + Sync {
     fn endless(&self) -> u64;
 }
 
+/// Says so where paths had to be cut off.
+pub fn note_endless(estimate: &dyn Estimate, notes: &Notes) {
+    let endless = estimate.endless();
+    if endless > 0 {
+        notes.add(format!(
+            "{endless} paths were cut after {MOST_BOUNCES} bounces: light hardly ends in this scene, and what is left of it is \
+             missing"
+        ));
+    }
+}
+
 /// The smallest number of lane groups that holds the wavelengths.
 pub fn estimator(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dyn Estimate>> {
     match quantity.sampling.count().div_ceil(GROUP) {
@@ -136,12 +161,24 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
     let Quantity { sampling, range_nm, seed, max_bounces, .. } = quantity.clone();
     let inks = Inks::<G>::new(&scene.inks, &scene.srgb, &sampling);
     let endless = AtomicU64::new(0);
-    Ok(if quantity.spectrum {
-        let film = Bands::<G>::new(&lights, &sampling, &observer);
-        Arc::new(Estimator { scene, film, inks, seed, max_bounces, endless })
-    } else {
-        let film = Tristimulus::<G>::new(&lights, &sampling, range_nm, &observer);
-        Arc::new(Estimator { scene, film, inks, seed, max_bounces, endless })
+    let cmf = observer.cmf.each_ref().map(|c| c.scaled(K_M));
+    Ok(match quantity.what {
+        What::Spectrum => {
+            let film = Bands::<G>::new(&lights, &sampling, &observer);
+            Arc::new(Estimator { scene, film, inks, seed, max_bounces, endless })
+        }
+        What::Xyz => {
+            let film = Responses::<G, 3>::new(&lights, &sampling, range_nm, &cmf);
+            Arc::new(Estimator { scene, film, inks, seed, max_bounces, endless })
+        }
+        What::Lighting => {
+            let opic = |n: &str| builtin::spectrum(&format!("alphaopic_{n}"));
+            let [x, y, z] = cmf;
+            let (s, m, l) = (opic("s_cone")?, opic("m_cone")?, opic("l_cone")?);
+            let responses = [x, y, z, s, m, l, opic("rhodopic")?, opic("melanopic")?];
+            let film = Responses::<G, 8>::new(&lights, &sampling, range_nm, &responses);
+            Arc::new(Estimator { scene, film, inks, seed, max_bounces, endless })
+        }
     })
 }
 

@@ -4,7 +4,6 @@ use crate::render::lanes::{Diagonal, Lanes, Throughput};
 use crate::scene::light::Emission;
 use crate::spectral::spectrum::{breaks, gauss};
 use crate::spectral::{Observer, Sampling, Spectrum};
-use crate::units::K_M;
 
 /// Turns connections into a pixel's components.
 pub trait Film<T: Throughput>: Send + Sync {
@@ -86,53 +85,47 @@ impl<const G: usize> Film<Diagonal<G>> for Bands<G> {
     }
 }
 
-/// XYZ in cd/m2 by one 3 x K matrix a light, the light's spectrum at its finest table folded into it: a spiky lamp needs no
-/// more wavelengths than daylight, only reflectances are sampled.
-pub struct Tristimulus<const G: usize> {
-    weights: Vec<[Lanes<G>; 3]>,
+/// R responses, such as XYZ in cd/m2, by one R x K matrix a light, the light's spectrum at its finest table folded into it: a
+/// spiky lamp needs no more wavelengths than daylight, only reflectances are sampled. The second response is the luminance.
+pub struct Responses<const G: usize, const R: usize> {
+    weights: Vec<[Lanes<G>; R]>,
 }
 
-impl<const G: usize> Tristimulus<G> {
+impl<const G: usize, const R: usize> Responses<G, R> {
     /// Weights for each light over `range_nm`.
-    pub fn new(lights: &[&Spectrum], sampling: &Sampling, range_nm: (f64, f64), observer: &Observer) -> Self {
+    pub fn new(lights: &[&Spectrum], sampling: &Sampling, range_nm: (f64, f64), responses: &[Spectrum; R]) -> Self {
         let each = |light: &&Spectrum| {
-            let rows = light_weights(light, sampling, range_nm, observer);
-            rows.each_ref().map(|r| Lanes::from_values(r))
+            responses.each_ref().map(|r| Lanes::from_values(&light_weights(light, sampling, range_nm, r)))
         };
-        Tristimulus { weights: lights.iter().map(each).collect() }
+        Responses { weights: lights.iter().map(each).collect() }
     }
 }
 
-/// Rows X, Y, Z of the matrix that gives the XYZ (cd/m2) of `light` seen by way of a reflectance with these samples, over
-/// the wavelengths that count.
+/// Weights that give the integral of `light` x `response` seen by way of a reflectance with these samples, over the
+/// wavelengths that count.
 ///
 /// A bin's reflectance stands for the whole bin; a point's for its hat, the outermost points for all beyond them. The
-/// integrals of light x CMF x hat are exact.
-pub fn light_weights(
-    light: &Spectrum,
-    sampling: &Sampling,
-    range_nm: (f64, f64),
-    observer: &Observer,
-) -> [Vec<f64>; 3] {
-    observer.cmf.each_ref().map(|cmf| match sampling {
+/// integrals of light x response x hat are exact.
+pub fn light_weights(light: &Spectrum, sampling: &Sampling, range_nm: (f64, f64), response: &Spectrum) -> Vec<f64> {
+    match sampling {
         Sampling::Bins { count, .. } => {
             let bin = |i| {
                 let (a, b) = sampling.edges(i);
-                K_M * light.product_integral(cmf, a.max(range_nm.0), b.min(range_nm.1))
+                light.product_integral(response, a.max(range_nm.0), b.min(range_nm.1))
             };
             (0..*count).map(bin).collect()
         }
-        Sampling::Points(nm) => hat_weights(light, cmf, nm, range_nm),
-    })
+        Sampling::Points(nm) => hat_weights(light, response, nm, range_nm),
+    }
 }
 
-/// Integrals of light x CMF under the hat of each point.
-fn hat_weights(light: &Spectrum, cmf: &Spectrum, nm: &[f64], range_nm: (f64, f64)) -> Vec<f64> {
+/// Integrals of light x response under the hat of each point.
+fn hat_weights(light: &Spectrum, response: &Spectrum, nm: &[f64], range_nm: (f64, f64)) -> Vec<f64> {
     let mut order: Vec<usize> = (0..nm.len()).collect();
     order.sort_by(|a, b| nm[*a].total_cmp(&nm[*b]));
     // Between neighbouring nodes a and b the reflectance is (1 - f) of a and f of b; beyond the ends it is the end's.
-    let product = |x: f64| K_M * light.at(x) * cmf.at(x);
-    let all = breaks(&[light, cmf], range_nm.0, range_nm.1);
+    let product = |x: f64| light.at(x) * response.at(x);
+    let all = breaks(&[light, response], range_nm.0, range_nm.1);
     let between = |from: f64, to: f64| {
         let mut part: Vec<f64> = all.iter().copied().filter(|x| *x > from && *x < to).collect();
         let (low, high) = (from.max(all.first().copied().unwrap_or(0.0)), to.min(all.last().copied().unwrap_or(0.0)));
@@ -154,19 +147,19 @@ fn hat_weights(light: &Spectrum, cmf: &Spectrum, nm: &[f64], range_nm: (f64, f64
     weights
 }
 
-impl<const G: usize> Film<Diagonal<G>> for Tristimulus<G> {
-    type Pixel = [f64; 3];
+impl<const G: usize, const R: usize> Film<Diagonal<G>> for Responses<G, R> {
+    type Pixel = [f64; R];
 
     fn components(&self) -> usize {
-        3
+        R
     }
 
-    fn black(&self) -> [f64; 3] {
-        [0.0; 3]
+    fn black(&self) -> [f64; R] {
+        [0.0; R]
     }
 
     #[inline(always)]
-    fn connect(&self, pixel: &mut [f64; 3], emission: &Emission, weight: f32, path: &Diagonal<G>) {
+    fn connect(&self, pixel: &mut [f64; R], emission: &Emission, weight: f32, path: &Diagonal<G>) {
         for k in 0..emission.count as usize {
             let weight = weight * emission.parts[k];
             for (sum, row) in pixel.iter_mut().zip(&self.weights[emission.light as usize + k]) {
@@ -175,15 +168,15 @@ impl<const G: usize> Film<Diagonal<G>> for Tristimulus<G> {
         }
     }
 
-    fn luminance(&self, pixel: &[f64; 3]) -> f64 {
+    fn luminance(&self, pixel: &[f64; R]) -> f64 {
         pixel[1]
     }
 
-    fn add(&self, pixel: &mut [f64; 3], other: &[f64; 3]) {
+    fn add(&self, pixel: &mut [f64; R], other: &[f64; R]) {
         pixel.iter_mut().zip(other).for_each(|(a, b)| *a += b);
     }
 
-    fn develop(&self, pixel: &[f64; 3], factor: f64, out: &mut [f32]) {
+    fn develop(&self, pixel: &[f64; R], factor: f64, out: &mut [f32]) {
         out.iter_mut().zip(pixel).for_each(|(o, p)| *o = (p * factor) as f32);
     }
 }
@@ -200,16 +193,16 @@ mod tests {
         let narrow = [(550.5, 559.5), (555.0, 555.001), (555.2, 555.7)]
             .map(|(a, b)| Spectrum::from_points(vec![(a, 1.0), (b, 1.0)]).unwrap());
         for lamp in tables.iter().chain(&narrow) {
-            let want = observer.integrate(lamp).map(|v| v * K_M);
+            let want = observer.integrate(lamp);
             for sampling in [
                 Sampling::bins(360.0, 830.0, 16).unwrap(),
                 Sampling::bins(360.0, 830.0, 80).unwrap(),
                 Sampling::points(vec![450.0, 550.0, 650.0]).unwrap(),
                 Sampling::points(vec![650.0, 550.0]).unwrap(),
             ] {
-                let rows = light_weights(lamp, &sampling, (360.0, 830.0), &observer);
-                for (row, want) in rows.iter().zip(want) {
-                    let got: f64 = row.iter().sum();
+                for (cmf, want) in observer.cmf.iter().zip(want) {
+                    let row = light_weights(lamp, &sampling, (360.0, 830.0), cmf);
+                    let got: f64 = row.iter().sum::<f64>();
                     assert!((got / want - 1.0).abs() < 1e-9, "{sampling:?}: {got} for {want}");
                 }
             }

@@ -11,6 +11,7 @@ pub mod film;
 pub mod lanes;
 pub mod path;
 pub mod picture;
+pub mod rays;
 pub mod sampler;
 
 pub use film::Film;

@@ -13,6 +13,7 @@ use crate::material::{Kernel, Lobe, Lobes, Site, Tint};
 use crate::render::film::Film;
 use crate::render::lanes::Throughput;
 use crate::render::sampler::Sampler;
+use crate::scene::light::{Aim, Lamp};
 use crate::scene::{Hit, Scene, ray};
 
 /// From this bounce on a path may end by lot.
@@ -176,14 +177,18 @@ impl<T: Throughput, F: Film<T>> Tracer<'_, T, F> {
                 return;
             }
             origin = from;
-            way = if turn.pdf.is_finite() { Way::Lobe { pdf: turn.pdf, from, normal } } else { Way::Straight };
+            if turn.pdf.is_finite() {
+                way = Way::Lobe { pdf: turn.pdf, from, normal };
+            } else if !lobe.kernel.is_straight() {
+                way = Way::Straight;
+            }
             bounce += 1;
         }
     }
 
     /// A path ran into a lamp: weighed against the chance of having aimed at it.
     fn meet(&self, lamp: usize, hit: &Hit, way: Way, path: &T, pixel: &mut F::Pixel) {
-        let crate::scene::light::Lamp::Area(emitter) = &self.scene.lamps[lamp] else { return };
+        let Lamp::Area(emitter) = &self.scene.lamps[lamp] else { return };
         let weight = match way {
             Way::Straight => 1.0,
             Way::Lobe { pdf, from, normal } => {
@@ -223,11 +228,11 @@ impl<T: Throughput, F: Film<T>> Tracer<'_, T, F> {
         if value.f_cos <= 0.0 {
             return;
         }
-        let clear = match aim.point {
+        let open = match aim.point {
             Some(point) => scene.geometry.visible(from, point),
             None => scene.geometry.unoccluded(from, aim.direction),
         };
-        if !clear {
+        if !(open || scene.clear) {
             return;
         }
         let weight = if aim.pdf.is_finite() {
@@ -236,13 +241,45 @@ impl<T: Throughput, F: Film<T>> Tracer<'_, T, F> {
         } else {
             value.f_cos / chance
         };
-        if lobe.tint.turns() {
-            let mut path = path.clone();
-            path.tint(self.inks, &lobe.tint, at.cos_half(inc));
-            self.film.connect(pixel, &aim.emission, weight, &path);
-        } else {
-            self.film.connect(pixel, &aim.emission, weight, path);
+        if open && !lobe.tint.turns() {
+            return self.film.connect(pixel, &aim.emission, weight, path);
         }
+        let mut path = path.clone();
+        if lobe.tint.turns() {
+            path.tint(self.inks, &lobe.tint, at.cos_half(inc));
+        }
+        if open || self.see_through(from, &aim, &mut path) {
+            self.film.connect(pixel, &aim.emission, weight, &path);
+        }
+    }
+
+    /// Looks at a lamp through panes, which tint the path; false where something opaque stands between.
+    fn see_through(&self, mut from: Vec3A, aim: &Aim, path: &mut T) -> bool {
+        const MOST_PANES: usize = 64;
+        for _ in 0..MOST_PANES {
+            let open = match aim.point {
+                Some(point) => self.scene.geometry.visible(from, point),
+                None => self.scene.geometry.unoccluded(from, aim.direction),
+            };
+            if open {
+                return true;
+            }
+            let Some(hit) = self.scene.geometry.closest(from, aim.direction) else { return true };
+            let material = &self.scene.materials[hit.surface.material as usize];
+            if !material.is_clear() {
+                return false;
+            }
+            let front = hit.normal.dot(aim.direction) < 0.0;
+            let (site, shading) = self.scene.site(&hit, front);
+            let meeting = Meeting::new(&hit, front, shading, aim.direction);
+            let mut lobes = Lobes::default();
+            material.lobes(&site, meeting.out, &mut lobes);
+            let Some(lobe) = lobes.iter().find(|l| l.kernel.is_straight()) else { return false };
+            path.tint(self.inks, &lobe.tint, 1.0);
+            path.scale(lobe.factor);
+            from = meeting.start(true).0;
+        }
+        false
     }
 }
 

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::notes::Notes;
 use crate::render::checkpoint::Checkpoint;
-use crate::render::estimate::{Effort, Estimate, NEIGHBOURS, Probe, Quality, Quantity, estimator};
+use crate::render::estimate::{Effort, Estimate, NEIGHBOURS, Probe, Quality, Quantity, What, estimator, note_endless};
 use crate::scene::Scene;
 use crate::stream::{Block, Components, Header, Picture, Resolution, Units};
 use crate::{Result, invalid, parallel};
@@ -94,7 +94,7 @@ impl Tally {
 pub fn render(scene: Scene, job: Job, mut history: Vec<u8>) -> Result<Box<dyn Picture>> {
     let Some(camera) = &scene.camera else { return invalid!("the scene has no [camera]") };
     let (width, height) = (camera.width, camera.height);
-    let spectrum = job.quantity.spectrum;
+    let spectrum = job.quantity.what == What::Spectrum;
     let components = if spectrum { Components::Spectrum } else { Components::Xyz };
     let ncomp = if spectrum { job.quantity.sampling.count() } else { 3 };
     let units = if spectrum { Units::SpectralRadiance } else { Units::CdM2 };
@@ -230,13 +230,7 @@ impl Rendering {
                 self.notes.add(format!("{:.1} paths a pixel", paths as f64 / pixels as f64));
             }
         }
-        let endless = self.estimate.endless();
-        if endless > 0 {
-            self.notes.add(format!(
-                "{endless} paths were cut after {} bounces: light hardly ends in this scene, and the picture lacks what is left",
-                crate::render::path::MOST_BOUNCES
-            ));
-        }
+        note_endless(&*self.estimate, &self.notes);
     }
 }
 

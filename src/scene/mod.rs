@@ -28,6 +28,8 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// Materials, in the order of their names.
     pub materials: Vec<Arc<dyn Material>>,
+    /// Any of them can be looked through.
+    pub clear: bool,
     /// Spectra that materials refer to by number.
     pub inks: Vec<Ink>,
     /// Basis of RGB colours.
@@ -42,6 +44,8 @@ pub struct Scene {
     pub tree: LightTree,
     /// Where the geometry's numbers come from.
     pub frame: Frame,
+    /// Metres in one of the scene file's lengths.
+    pub unit_m: f64,
     /// Most bounces that the scene file asks for.
     pub max_bounces: Option<u32>,
 }

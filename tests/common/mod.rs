@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 
 use luxpipe::notes::Notes;
 use luxpipe::parallel;
-use luxpipe::render::estimate::{Effort, Quantity};
+use luxpipe::render::estimate::{Effort, Quantity, What};
 use luxpipe::render::picture::{Job, Work, render};
 use luxpipe::scene::{Scene, load};
 use luxpipe::spectral::Sampling;
@@ -33,7 +33,7 @@ pub fn job(scene: &Scene, bands: usize, samples: u32, seed: u32) -> Job {
     let quantity = Quantity {
         sampling: Sampling::bins(380.0, 780.0, bands).unwrap(),
         range_nm: (380.0, 780.0),
-        spectrum: false,
+        what: What::Xyz,
         seed,
         max_bounces: scene.max_bounces.unwrap_or(u32::MAX),
     };

@@ -42,6 +42,11 @@ pub trait Kernel: Send + Sync {
         false
     }
 
+    /// Lets light go on as if there were nothing, so that lamps can be seen through it.
+    fn is_straight(&self) -> bool {
+        false
+    }
+
     /// Sends light along single directions only: nothing to aim at a lamp for.
     fn is_specular(&self) -> bool {
         false

@@ -43,6 +43,10 @@ impl Kernel for Specular {
         *self != Specular::Mirror
     }
 
+    fn is_straight(&self) -> bool {
+        *self == Specular::Straight
+    }
+
     fn is_specular(&self) -> bool {
         true
     }

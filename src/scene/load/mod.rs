@@ -55,6 +55,7 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     let tree = LightTree::new(&lamps, &lights::power(&lights, &lamps, &frame)?);
     Ok(Scene {
         camera: camera.map(|c| c.within(frame)),
+        clear: materials.iter().any(|m| m.1.is_clear()),
         materials: materials.into_iter().map(|m| m.1).collect(),
         inks,
         srgb: srgb_basis()?,
@@ -63,6 +64,7 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
         lamps,
         tree,
         frame,
+        unit_m: metres,
         max_bounces: max_bounces.map(|b| b as u32),
     })
 }
