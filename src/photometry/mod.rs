@@ -1,0 +1,1 @@
+//! Quantities and files of lighting practice.
