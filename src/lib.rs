@@ -86,6 +86,9 @@
 //!   Wilkie, *An Analytic Model for Full Spectral Sky-Dome Radiance*, ACM Transactions on Graphics 31(4), 2012.
 //! - [Kasten 1965] F. Kasten, *A new table and approximation formula for the relative optical air mass*, Archiv fuer Meteorologie,
 //!   Geophysik und Bioklimatologie B 14, 1965; [Iqbal 1983] M. Iqbal, *An Introduction to Solar Radiation*, 1983.
+//! - [CIE S 026] CIE S 026/E:2018, *CIE system for metrology of optical radiation for ipRGC-influenced responses to light*.
+//! - [Mallett 2019] I. Mallett, C. Yuksel, *Spectral Primary Decomposition for Rendering with sRGB Reflectance*, EGSR 2019.
+//! - [Ohno 2014] Y. Ohno, *Practical use and calculation of CCT and Duv*, LEUKOS 10(1), 2014.
 //! - [Marsaglia 2004] G. Marsaglia, *Evaluating the Normal Distribution*, Journal of Statistical Software 11, 2004.
 
 pub mod chart;

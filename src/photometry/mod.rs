@@ -2,6 +2,13 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | [`alphaopic`] | what light does to the eye's five receptors, CIE S 026 |
+//! | [`environment`] | drawing directions by how bright they are |
 //! | [`ies`] | luminaires' intensities from LM-63 files |
 
+pub mod alphaopic;
+pub mod environment;
 pub mod ies;
+
+pub use alphaopic::AlphaOpic;
+pub use environment::Environment;
