@@ -197,6 +197,15 @@ def colorcheckers():
                   f"{publication}; {COLOUR}", licence, rows_of(reflectance))
 
 
+def srgb_basis():
+    basis = colour.recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019
+    for name, values in zip(basis.labels, basis.values.T):
+        write(f"srgb_basis_{name}", f"reflectance of the sRGB primary {name}; the three sum to 1", "reflectance, 0 to 1",
+              "I. Mallett and C. Yuksel, Spectral Primary Decomposition for Rendering with sRGB Reflectance, EGSR 2019"
+              f" (supplemental data); {COLOUR}", "published with the paper, no licence stated; colour-science is BSD-3-Clause",
+              zip(basis.wavelengths, values))
+
+
 CORNELL = {name: list(range(400, 701, 4)) for name in ["white", "green", "red"]}
 CORNELL["light"] = [400, 500, 600, 700]
 
@@ -305,6 +314,7 @@ def main():
     tabulated_illuminants()
     daylight_basis()
     colorcheckers()
+    srgb_basis()
     metals()
     dielectrics()
     verify_cornell_box()

@@ -7,6 +7,8 @@
 //! | [`error`], [`units`], [`notes`], [`simd`], [`parallel`], [`statistics`], [`json`] | what everything needs |
 //! | [`spectral`] | spectra, observers, light sources, sampling |
 //! | [`color`] | chromaticities, primaries, adaptation, gamut |
+//! | [`sky`] | skies and the sun |
+//! | [`photometry`] | quantities and files of lighting practice |
 //! | [`compare`] | how far two pictures lie apart |
 //! | [`stream`] | the picture that flows between filters |
 //! | [`view`] | how a picture was seen |
@@ -87,6 +89,15 @@
 //! - [CIE 117] *Discomfort glare in interior lighting*, 1995; [CIE 140] *Road lighting calculations*, 2000; [CIE 146] *CIE
 //!   equations for disability glare*, 2002; [Vos 2003] J. Vos, *On the cause of disability glare and its dependence on glare
 //!   angle, age and ocular pigmentation*, Clinical and Experimental Optometry 86, 2003.
+//! - [CIE S 011] CIE S 011/E:2003, *Spatial distribution of daylight - CIE standard general sky* (ISO 15469:2004).
+//! - [Preetham 1999] A. Preetham, P. Shirley, B. Smits, *A Practical Analytic Model for Daylight*, SIGGRAPH 99; [Zotti 2007] G.
+//!   Zotti, A. Wilkie, W. Purgathofer, *A Critical Review of the Preetham Skylight Model*, WSCG 2007; [Hosek 2012] L. Hosek, A.
+//!   Wilkie, *An Analytic Model for Full Spectral Sky-Dome Radiance*, ACM Transactions on Graphics 31(4), 2012.
+//! - [Kasten 1965] F. Kasten, *A new table and approximation formula for the relative optical air mass*, Archiv fuer Meteorologie,
+//!   Geophysik und Bioklimatologie B 14, 1965; [Iqbal 1983] M. Iqbal, *An Introduction to Solar Radiation*, 1983.
+//! - [CIE S 026] CIE S 026/E:2018, *CIE system for metrology of optical radiation for ipRGC-influenced responses to light*.
+//! - [Mallett 2019] I. Mallett, C. Yuksel, *Spectral Primary Decomposition for Rendering with sRGB Reflectance*, EGSR 2019.
+//! - [Ohno 2014] Y. Ohno, *Practical use and calculation of CCT and Duv*, LEUKOS 10(1), 2014.
 //! - [Marsaglia 2004] G. Marsaglia, *Evaluating the Normal Distribution*, Journal of Statistical Software 11, 2004.
 
 pub mod chart;
@@ -105,11 +116,13 @@ pub mod material;
 pub mod notes;
 pub mod options;
 pub mod parallel;
+pub mod photometry;
 pub mod pipeline;
 pub mod plot;
 pub mod render;
 pub mod scene;
 pub mod simd;
+pub mod sky;
 pub mod spectral;
 pub mod statistics;
 pub mod stream;

@@ -10,6 +10,7 @@ pub mod matrix;
 pub mod pu21;
 pub mod relative;
 pub mod rgb;
+pub mod uplift;
 pub mod white;
 pub mod xy;
 
@@ -17,5 +18,6 @@ pub use adapt::Cat;
 pub use matrix::Mat3;
 pub use relative::Relative;
 pub use rgb::Primaries;
+pub use uplift::Uplift;
 pub use white::White;
 pub use xy::Xy;
