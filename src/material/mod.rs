@@ -17,6 +17,7 @@ pub mod glass;
 pub mod kernel;
 pub mod mirror;
 pub mod mixture;
+pub mod probe;
 pub mod radiance;
 pub mod read;
 pub mod tint;

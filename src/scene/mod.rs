@@ -15,7 +15,7 @@ use glam::DVec3;
 use crate::Result;
 use crate::color::Xy;
 use crate::material::{Ink, Material};
-use crate::spectral::{Observer, Spectrum};
+use crate::spectral::{Observer, Spectrum, builtin};
 
 pub use bvh::{Geometry, Hit};
 pub use camera::Camera;
@@ -110,7 +110,8 @@ impl Scene {
     }
 }
 
-/// Three spectra that linear sRGB colours are sums of.
+/// Three spectra that linear sRGB reflectances are sums of [Mallett 2019].
 pub fn srgb_basis() -> Result<[Spectrum; 3]> {
-    Ok([Spectrum::Constant(0.0), Spectrum::Constant(0.0), Spectrum::Constant(0.0)])
+    let one = |name: &str| builtin::spectrum(&format!("srgb_basis_{name}"));
+    Ok([one("red")?, one("green")?, one("blue")?])
 }

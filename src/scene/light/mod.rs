@@ -3,7 +3,10 @@
 pub mod area;
 pub mod disk;
 pub mod environment;
+pub mod luminaire;
+pub mod picture;
 pub mod point;
+pub mod sky;
 pub mod sun;
 pub mod tree;
 

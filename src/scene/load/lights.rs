@@ -8,11 +8,16 @@ use glam::DVec3;
 
 use crate::keys::Keys;
 use crate::material::read::spectrum;
+use crate::photometry::ies::Photometry;
 use crate::scene::light::environment::{Surround, Uniform};
+use crate::scene::light::luminaire::Luminaire;
+use crate::scene::light::picture::Panorama;
 use crate::scene::light::point::{Cosine, Distribution, Isotropic, Spot};
+use crate::scene::light::sky::{Axes, Clear, General};
 use crate::scene::light::{Emitter, Environment, Lamp, Point, Sun};
 use crate::scene::load::point;
-use crate::scene::{Frame, Light};
+use crate::scene::{Frame, Light, srgb_basis};
+use crate::sky::{sun, sun_radiance};
 use crate::spectral::key::SpectrumKey;
 use crate::spectral::{Observer, Spectrum, planck};
 use crate::units::K_M;
@@ -31,8 +36,10 @@ enum Power {
     Watts(f64),
     /// Luminous intensity where its distribution is 1, cd.
     Candela(f64),
-    /// Illuminance of a surface that faces it, lx.
+    /// Illuminance of a surface that faces it, lx; of a sky, of a horizontal one.
     Lux(f64),
+    /// The spectra say it.
+    Stated,
 }
 
 const POWERS: [(&str, fn(f64) -> Power); 7] = [
@@ -57,7 +64,8 @@ enum Place {
         direction: DVec3,
         diameter_deg: f64,
     },
-    Environment(Box<dyn Surround>),
+    /// With the factor that turns lux on a horizontal surface into the unit of its spectrum, sr.
+    Environment(Box<dyn Surround>, f64),
 }
 
 /// A light as written.
@@ -87,32 +95,73 @@ pub fn read(name: String, mut k: Keys, metres: f64, folder: &Path) -> Result<Lig
         None | Some("area") => (Place::Area, &["radiance", "luminance", "lumens", "watts"]),
         Some("point") => (point_place(&mut k, metres)?, &["candela", "lumens", "watts", "intensity"]),
         Some("spot") => (spot_place(&mut k, metres)?, &["candela", "lumens", "watts", "intensity"]),
-        Some("sun") => (sun_place(&mut k)?, &["radiance", "luminance", "lux"]),
+        Some("ies") => {
+            let (place, candela) = ies_place(&mut k, metres, folder)?;
+            return finish(name, k, (place, Some(candela)), &["candela", "lumens"], folder);
+        }
+        Some("sun") => return read_sun(name, k, folder),
         Some(other) => {
             let shown = crate::error::printable(other.as_bytes());
             let span = kind.as_ref().map_or(0..0, |k| k.1.clone());
-            return Err(k.wrong_key("type", span, &format!("no light '{shown}'; there are area, point, spot, sun")));
+            return Err(k.wrong_key(
+                "type",
+                span,
+                &format!("no light '{shown}'; there are area, point, spot, ies, sun"),
+            ));
         }
     };
-    finish(name, k, place, powers, folder)
+    finish(name, k, (place, None), powers, folder)
 }
 
 /// Reads the environment.
 pub fn read_environment(mut k: Keys, folder: &Path) -> Result<LightKey> {
     let kind = k.get_spanned::<String>("type")?;
+    let up = up_axis(&mut k)?;
+    let name = "environment".to_string();
+    let powers = ["radiance", "luminance", "lux"];
     match kind.as_ref().map(|(kind, _)| kind.as_str()) {
         None | Some("uniform") => {
             let half = k.get::<bool>("upper_half")?.unwrap_or(false);
-            let up = up_axis(&mut k)?;
             let surround = Box::new(Uniform { half: half.then_some(up) });
-            finish("environment".into(), k, Place::Environment(surround), &["radiance", "luminance", "lux"], folder)
+            finish(name, k, (Place::Environment(surround, PI), None), &powers, folder)
+        }
+        Some("cie") => {
+            let right = "must be a whole number from 1 to 15";
+            let sky = k.number("sky", right, |x| (1.0..=15.0).contains(&x) && x.fract() == 0.0)?;
+            let sky = sky.ok_or_else(|| k.wrong("key 'sky' is missing"))?;
+            let sky = General::new(sky as u32, direction(&mut k, "sun")?, up).map_err(|e| k.wrong(&e.to_string()))?;
+            let lux = sky.horizontal_sr();
+            finish(name, k, (Place::Environment(Box::new(sky), lux), None), &powers, folder)
+        }
+        Some("clear") => {
+            let turbidity = k.need("turbidity")?;
+            let sky = Clear::new(turbidity, direction(&mut k, "sun")?, up).map_err(|e| k.wrong(&e.to_string()))?;
+            stated(name, k, sky.basis(), Place::Environment(Box::new(sky), PI))
+        }
+        Some("picture") => {
+            let (file, span) = k.get_spanned::<String>("file")?.ok_or_else(|| k.wrong("key 'file' is missing"))?;
+            let middle = k.get::<[f64; 3]>("middle")?.map_or_else(|| up.any_orthonormal_vector(), DVec3::from);
+            let axes = Axes::facing(up, middle).ok_or_else(|| k.wrong("middle: must not be the direction up"))?;
+            let factor = k.number("scale", "must be above 0", |x| x > 0.0 && x < 1e30)?.unwrap_or(1.0);
+            let picture = Panorama::open(&folder.join(&file), axes, factor);
+            let picture = picture.map_err(|e| k.wrong_key("file", span, &e.to_string()))?;
+            let basis = Panorama::basis(&srgb_basis()?)?;
+            stated(name, k, basis, Place::Environment(Box::new(picture), PI))
         }
         Some(other) => {
             let shown = crate::error::printable(other.as_bytes());
             let span = kind.as_ref().map_or(0..0, |k| k.1.clone());
-            Err(k.wrong_key("type", span, &format!("no environment '{shown}'; there is uniform")))
+            let message = format!("no environment '{shown}'; there are uniform, cie, clear, picture");
+            Err(k.wrong_key("type", span, &message))
         }
     }
+}
+
+/// A light whose spectra are absolute already.
+fn stated(name: String, k: Keys, spectra: Vec<Spectrum>, place: Place) -> Result<LightKey> {
+    let (span_error, unused) = (k.wrong("no light"), k.wrong("no shape has it"));
+    k.finish()?;
+    Ok(LightKey { name, spectra, total: None, power: Power::Stated, place, span_error, unused })
 }
 
 fn up_axis(k: &mut Keys) -> Result<DVec3> {
@@ -146,14 +195,48 @@ fn spot_place(k: &mut Keys, metres: f64) -> Result<Place> {
     Ok(Place::Point { position, distribution: Arc::new(Spot::new(axis, inner / 2.0, outer / 2.0)) })
 }
 
-fn sun_place(k: &mut Keys) -> Result<Place> {
-    let direction = direction(k, "direction")?;
+/// The luminaire, and the intensity that its file states.
+fn ies_place(k: &mut Keys, metres: f64, folder: &Path) -> Result<(Place, Power)> {
+    let (file, span) = k.get_spanned::<String>("file")?.ok_or_else(|| k.wrong("key 'file' is missing"))?;
+    let wrong = |message: &str| k.wrong_key("file", span.clone(), message);
+    let bytes = std::fs::read(folder.join(&file)).map_err(|e| wrong(&format!("cannot read it: {e}")))?;
+    let photometry = Photometry::parse(&bytes).map_err(|e| wrong(&e.to_string()))?;
+    if photometry.peak() <= 0.0 {
+        return Err(wrong("gives no light"));
+    }
+    let position = point(k, "position")? * metres;
+    let down = if k.peek::<toml::Value>("direction").is_some() { direction(k, "direction")? } else { -DVec3::Z };
+    let c0 = k.get::<[f64; 3]>("c0")?.map_or_else(|| down.any_orthonormal_vector(), DVec3::from);
+    let luminaire = Luminaire::new(photometry, down, c0);
+    let luminaire = luminaire.ok_or_else(|| k.wrong("c0: must not be parallel to direction"))?;
+    let peak = Power::Candela(luminaire.peak_cd());
+    Ok((Place::Point { position, distribution: Arc::new(luminaire) }, peak))
+}
+
+/// The sun: behind a clear atmosphere (`turbidity`), or with a spectrum and an amount of its own.
+fn read_sun(name: String, mut k: Keys, folder: &Path) -> Result<LightKey> {
+    let up = up_axis(&mut k)?;
+    let direction = direction(&mut k, "direction")?;
     let diameter = k.number("diameter_deg", "must be above 0 and below 180", |x| x > 0.0 && x < 180.0)?;
-    Ok(Place::Sun { direction, diameter_deg: diameter.unwrap_or(0.533) })
+    let place = Place::Sun { direction, diameter_deg: diameter.unwrap_or(sun::DIAMETER_DEG) };
+    match k.get::<f64>("turbidity")? {
+        None => finish(name, k, (place, None), &["radiance", "luminance", "lux"], folder),
+        Some(turbidity) => {
+            let elevation = direction.dot(up).asin().to_degrees();
+            let spectrum = sun_radiance(elevation, turbidity).map_err(|e| k.wrong(&e.to_string()))?;
+            stated(name, k, vec![spectrum], place)
+        }
+    }
 }
 
 /// The spectrum and the amount of light.
-fn finish(name: String, mut k: Keys, place: Place, powers: &[&str], folder: &Path) -> Result<LightKey> {
+fn finish(
+    name: String,
+    mut k: Keys,
+    (place, default): (Place, Option<Power>),
+    powers: &[&str],
+    folder: &Path,
+) -> Result<LightKey> {
     let kelvin = match k.peek::<SpectrumKey>("spectrum") {
         Some(SpectrumKey::Blackbody(kelvin)) => Some(kelvin),
         _ => None,
@@ -169,6 +252,9 @@ fn finish(name: String, mut k: Keys, place: Place, powers: &[&str], folder: &Pat
     for (key, power) in POWERS.iter().filter(|p| powers.contains(&p.0)) {
         let number = k.number(key, "must be above 0 and below 1e30", |x| x > 0.0 && x < 1e30)?;
         given.extend(number.map(power));
+    }
+    if given.is_empty() {
+        given.extend(default);
     }
     let span_error = k.wrong("no visible light: its luminance cannot be set");
     let unused = k.wrong("no shape has it");
@@ -193,8 +279,8 @@ fn extents(key: &LightKey, area_m2: f64) -> (f64, f64) {
     match &key.place {
         Place::Area => (PI * area_m2, 0.0),
         Place::Point { distribution, .. } => (distribution.integral_sr(), 0.0),
-        Place::Sun { direction, diameter_deg } => (0.0, Sun::new(0, *direction, *diameter_deg).projected_sr()),
-        Place::Environment(_) => (0.0, PI),
+        Place::Sun { diameter_deg, .. } => (0.0, PI * (diameter_deg / 2.0).to_radians().sin().powi(2)),
+        Place::Environment(_, horizontal_sr) => (0.0, *horizontal_sr),
     }
 }
 
@@ -219,6 +305,7 @@ pub fn settle(
             Power::Lumens(l) => (l / flux, luminance),
             Power::Watts(w) => (w / flux, key.total.unwrap_or(0.0)),
             Power::Lux(e) => (e / lux, luminance),
+            Power::Stated => (1.0, 1.0),
         };
         if key.is_area() && area == 0.0 {
             return Err(key.unused);
@@ -237,9 +324,9 @@ pub fn settle(
                 distribution,
             })),
             Place::Sun { direction, diameter_deg } => {
-                lamps.push(Lamp::Sun(Sun::new(light, direction, diameter_deg)));
+                lamps.push(Lamp::Sun(Sun::new(light, direction, diameter_deg)?));
             }
-            Place::Environment(surround) => lamps.push(Lamp::Environment(Environment { light, surround })),
+            Place::Environment(surround, _) => lamps.push(Lamp::Environment(Environment { light, surround })),
         }
     }
     Ok((lights, lamps))
