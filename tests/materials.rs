@@ -1,10 +1,10 @@
 //! Laws that every material keeps, walking the list of kinds: energy, reciprocity, sampling as evaluated, spectra as scalars.
 
+use luxpipe::color::Uplift;
 use luxpipe::keys;
 use luxpipe::material::probe::{Sample, at_angle};
 use luxpipe::material::read::{KINDS, read_all};
 use luxpipe::material::{Lobes, Material, Site};
-use luxpipe::scene::srgb_basis;
 
 use glam::Vec3A;
 
@@ -44,7 +44,7 @@ fn with(text: &str, name: &str, test: impl Fn(&dyn Material, Sample)) {
     let tables = keys.tables("materials").unwrap();
     let all = read_all(tables, std::path::Path::new("."), &mut inks).unwrap_or_else(|e| panic!("{text}: {e}"));
     let material = &*all.iter().find(|m| m.0 == name).unwrap().1;
-    let srgb = srgb_basis().unwrap();
+    let srgb = Uplift::new().unwrap().basis().clone();
     for front in [true, false] {
         let site = Site { front, colour: Some([1.0; 3]), ..Site::default() };
         test(material, Sample { material, inks: &inks, srgb: &srgb, site });

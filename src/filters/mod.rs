@@ -16,6 +16,7 @@ mod ra_png;
 mod ra_rgbe;
 mod spec2xyz;
 mod specmat;
+mod specprobe;
 pub mod spectrace;
 mod vonkries;
 mod xyz2rgb;
@@ -36,6 +37,7 @@ pub use ra_png::RaPng;
 pub use ra_rgbe::RaRgbe;
 pub use spec2xyz::Spec2xyz;
 pub use specmat::Specmat;
+pub use specprobe::Specprobe;
 pub use spectrace::Spectrace;
 pub use vonkries::Vonkries;
 pub use xyz2rgb::{Intent, Xyz2rgb};
@@ -120,6 +122,7 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<RaExr>::NEW,
     &Entry::<Picinfo>::NEW,
     &Entry::<Specmat>::NEW,
+    &Entry::<Specprobe>::NEW,
     &Entry::<Pcompare>::NEW,
     &Entry::<Pdisplay>::NEW,
     &Entry::<Pglare>::NEW,

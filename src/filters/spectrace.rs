@@ -1,6 +1,6 @@
 //! spectrace: spectral radiance of a scene, Eq. (1) of [Ward 2001], by path tracing.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,6 +14,7 @@ use crate::render::checkpoint::{Checkpoint, fingerprint};
 use crate::render::estimate::{Effort, MOST_WAVELENGTHS, Quantity as Measured, What, estimator, note_endless};
 use crate::render::picture::{Job, Work, render};
 use crate::render::rays::Lines;
+use crate::render::report::Report;
 use crate::scene::{Scene, load};
 use crate::spectral::{Observer, Sampling};
 use crate::stream::Picture;
@@ -75,6 +76,9 @@ pub struct Spectrace {
     /// Two more columns: standard error of Y (with --error), and number of paths
     #[arg(long, help_heading = "Rays and points")]
     pub with_error: bool,
+    /// With --irradiance: lux, CCT, Duv, alpha-opic EDI of CIE S 026 and daylight factor in columns
+    #[arg(long, requires = "irradiance", conflicts_with = "float", help_heading = "Rays and points")]
+    pub report: bool,
     /// Pixels across, in place of the scene's; the height follows unless given
     #[arg(long, value_name = "PIXELS")]
     pub width: Option<usize>,
@@ -112,7 +116,11 @@ impl Spectrace {
             None => Sampling::bins(from, to, self.bands).map_err(|e| Error::Usage(format!("--bands: {e}")))?,
         };
         let most = self.max_bounces.unwrap_or(u32::MAX).min(scene.max_bounces.unwrap_or(u32::MAX));
-        let what = if self.quantity == Quantity::Spectrum { What::Spectrum } else { What::Xyz };
+        let what = match self.quantity {
+            _ if self.report => What::Lighting,
+            Quantity::Spectrum => What::Spectrum,
+            Quantity::Xyz => What::Xyz,
+        };
         Ok(Measured { sampling, range_nm: (from, to), what, seed: self.seed, max_bounces: most })
     }
 
@@ -155,9 +163,17 @@ impl Spectrace {
             with_error: self.with_error,
         };
         let notes = run.notes.clone();
+        let report = self.report.then(|| Report::new(&lines.scene)).transpose()?;
         let write = Box::new(move |out: &mut Output| {
-            let every = |values: &[f32]| values.iter().map(|v| f64::from(*v)).collect();
-            lines.run(&mut std::io::stdin().lock(), out, &every)?;
+            let mut input = std::io::stdin().lock();
+            match report {
+                None => lines.run(&mut input, out, &|v| v.iter().map(|v| f64::from(*v)).collect())?,
+                Some(report) => {
+                    let more = if lines.with_error { "\tse_lux\tpaths" } else { "" };
+                    writeln!(out, "# {}{more}", Report::COLUMNS).map_err(|e| Error::io("standard output", e))?;
+                    lines.run(&mut input, out, &|v| report.row(v))?;
+                }
+            }
             note_endless(&*estimate, &notes);
             Ok(())
         });

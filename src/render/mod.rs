@@ -12,6 +12,7 @@ pub mod lanes;
 pub mod path;
 pub mod picture;
 pub mod rays;
+pub mod report;
 pub mod sampler;
 
 pub use film::Film;

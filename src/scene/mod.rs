@@ -15,7 +15,8 @@ use glam::DVec3;
 use crate::Result;
 use crate::color::Xy;
 use crate::material::{Ink, Material};
-use crate::spectral::{Observer, Spectrum, builtin};
+use crate::spectral::{Observer, Spectrum};
+use crate::units::K_M;
 
 pub use bvh::{Geometry, Hit};
 pub use camera::Camera;
@@ -91,6 +92,21 @@ impl Scene {
         Ok(best.filter(|b| b.0 > 0.0).map(|b| b.1))
     }
 
+    /// Illuminance in lx of a horizontal surface in the open, by the sky alone; `None` where there is other light, by which a
+    /// daylight factor would mean nothing.
+    pub fn daylight_lux(&self) -> Result<Option<f64>> {
+        let observer = Observer::cie1931()?;
+        let mut lux = 0.0;
+        for lamp in &self.lamps {
+            let Lamp::Environment(e) = lamp else { return Ok(None) };
+            let first = e.light as usize;
+            for (light, sr) in self.lights[first..first + e.surround.parts()].iter().zip(e.horizontal_sr()) {
+                lux += K_M * observer.integrate(&light.radiance)[1] * sr;
+            }
+        }
+        Ok(Some(lux).filter(|l| *l > 0.0))
+    }
+
     /// What a lamp's radiance times this gives its flux by, as far as it is of light `i`; beyond the scene, the flux through
     /// it.
     fn extent(&self, lamp: &Lamp, i: usize) -> f64 {
@@ -108,10 +124,4 @@ impl Scene {
             _ => 0.0,
         }
     }
-}
-
-/// Three spectra that linear sRGB reflectances are sums of [Mallett 2019].
-pub fn srgb_basis() -> Result<[Spectrum; 3]> {
-    let one = |name: &str| builtin::spectrum(&format!("srgb_basis_{name}"));
-    Ok([one("red")?, one("green")?, one("blue")?])
 }

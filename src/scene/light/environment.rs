@@ -71,11 +71,33 @@ pub struct Environment {
     pub light: u32,
     /// What it looks like.
     pub surround: Box<dyn Surround>,
+    /// Unit vector up.
+    pub up: DVec3,
 }
 
 impl Environment {
     fn emission(&self, direction: DVec3) -> Emission {
         Emission { light: self.light, count: self.surround.parts() as u32, parts: self.surround.factors(direction) }
+    }
+
+    /// Integrals of the factors x cosine over the hemisphere above: the horizontal irradiance in the open, in radiances.
+    ///
+    /// Midpoints on the projected hemisphere, where cosine x solid angle is an area.
+    pub fn horizontal_sr(&self) -> [f64; MOST_PARTS] {
+        const CIRCLES: u32 = 256;
+        let (x, y) = self.up.any_orthonormal_pair();
+        let mut sums = [0.0; MOST_PARTS];
+        for i in 0..CIRCLES {
+            let r = (f64::from(i) + 0.5) / f64::from(CIRCLES);
+            let z = (1.0 - r * r).sqrt();
+            let ring = PI * (2.0 * f64::from(i) + 1.0) / f64::from(CIRCLES).powi(2);
+            for k in 0..4 * CIRCLES {
+                let (s, c) = (2.0 * PI * (f64::from(k) + 0.5) / f64::from(4 * CIRCLES)).sin_cos();
+                let factors = self.surround.factors((x * c + y * s) * r + self.up * z);
+                sums.iter_mut().zip(factors).for_each(|(a, f)| *a += f64::from(f) * ring / f64::from(4 * CIRCLES));
+            }
+        }
+        sums
     }
 
     /// A direction, likelier where it is bright.

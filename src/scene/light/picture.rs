@@ -62,17 +62,6 @@ impl Panorama {
         }
         Ok(Panorama { axes, width, height, pixels, directions, integrals })
     }
-
-    /// Its spectra: those of sRGB's red, green and blue under D65, each with the luminance that makes white 1 cd/m2.
-    pub fn basis(srgb: &[Spectrum; 3]) -> Result<Vec<Spectrum>> {
-        let d65 = builtin::spectrum("D65")?;
-        let luminance = K_M * Observer::cie1931()?.integrate(&d65)[1];
-        let lit = |s: &Spectrum| {
-            let Spectrum::Table(points) = s else { return Ok(d65.scaled(1.0 / luminance)) };
-            Spectrum::from_points(points.iter().map(|(nm, v)| (*nm, v * d65.at(*nm) / luminance)).collect())
-        };
-        srgb.iter().map(lit).collect()
-    }
 }
 
 /// The pixel of a direction in the picture's axes.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use crate::color::Uplift;
 use crate::keys::Keys;
 use crate::material::read::spectrum;
 use crate::photometry::ies::Photometry;
@@ -16,7 +17,7 @@ use crate::scene::light::point::{Cosine, Distribution, Isotropic, Spot};
 use crate::scene::light::sky::{Axes, Clear, General};
 use crate::scene::light::{Emitter, Environment, Lamp, Point, Sun};
 use crate::scene::load::point;
-use crate::scene::{Frame, Light, srgb_basis};
+use crate::scene::{Frame, Light};
 use crate::sky::{sun, sun_radiance};
 use crate::spectral::key::SpectrumKey;
 use crate::spectral::{Observer, Spectrum, planck};
@@ -65,7 +66,7 @@ enum Place {
         diameter_deg: f64,
     },
     /// With the factor that turns lux on a horizontal surface into the unit of its spectrum, sr.
-    Environment(Box<dyn Surround>, f64),
+    Environment(Box<dyn Surround>, f64, DVec3),
 }
 
 /// A light as written.
@@ -123,7 +124,7 @@ pub fn read_environment(mut k: Keys, folder: &Path) -> Result<LightKey> {
         None | Some("uniform") => {
             let half = k.get::<bool>("upper_half")?.unwrap_or(false);
             let surround = Box::new(Uniform { half: half.then_some(up) });
-            finish(name, k, (Place::Environment(surround, PI), None), &powers, folder)
+            finish(name, k, (Place::Environment(surround, PI, up), None), &powers, folder)
         }
         Some("cie") => {
             let right = "must be a whole number from 1 to 15";
@@ -131,12 +132,12 @@ pub fn read_environment(mut k: Keys, folder: &Path) -> Result<LightKey> {
             let sky = sky.ok_or_else(|| k.wrong("key 'sky' is missing"))?;
             let sky = General::new(sky as u32, direction(&mut k, "sun")?, up).map_err(|e| k.wrong(&e.to_string()))?;
             let lux = sky.horizontal_sr();
-            finish(name, k, (Place::Environment(Box::new(sky), lux), None), &powers, folder)
+            finish(name, k, (Place::Environment(Box::new(sky), lux, up), None), &powers, folder)
         }
         Some("clear") => {
             let turbidity = k.need("turbidity")?;
             let sky = Clear::new(turbidity, direction(&mut k, "sun")?, up).map_err(|e| k.wrong(&e.to_string()))?;
-            stated(name, k, sky.basis(), Place::Environment(Box::new(sky), PI))
+            stated(name, k, sky.basis(), Place::Environment(Box::new(sky), PI, up))
         }
         Some("picture") => {
             let (file, span) = k.get_spanned::<String>("file")?.ok_or_else(|| k.wrong("key 'file' is missing"))?;
@@ -145,8 +146,8 @@ pub fn read_environment(mut k: Keys, folder: &Path) -> Result<LightKey> {
             let factor = k.number("scale", "must be above 0", |x| x > 0.0 && x < 1e30)?.unwrap_or(1.0);
             let picture = Panorama::open(&folder.join(&file), axes, factor);
             let picture = picture.map_err(|e| k.wrong_key("file", span, &e.to_string()))?;
-            let basis = Panorama::basis(&srgb_basis()?)?;
-            stated(name, k, basis, Place::Environment(Box::new(picture), PI))
+            let basis = Uplift::new()?.lights().to_vec();
+            stated(name, k, basis, Place::Environment(Box::new(picture), PI, up))
         }
         Some(other) => {
             let shown = crate::error::printable(other.as_bytes());
@@ -280,7 +281,7 @@ fn extents(key: &LightKey, area_m2: f64) -> (f64, f64) {
         Place::Area => (PI * area_m2, 0.0),
         Place::Point { distribution, .. } => (distribution.integral_sr(), 0.0),
         Place::Sun { diameter_deg, .. } => (0.0, PI * (diameter_deg / 2.0).to_radians().sin().powi(2)),
-        Place::Environment(_, horizontal_sr) => (0.0, *horizontal_sr),
+        Place::Environment(_, horizontal_sr, _) => (0.0, *horizontal_sr),
     }
 }
 
@@ -326,7 +327,7 @@ pub fn settle(
             Place::Sun { direction, diameter_deg } => {
                 lamps.push(Lamp::Sun(Sun::new(light, direction, diameter_deg)?));
             }
-            Place::Environment(surround, _) => lamps.push(Lamp::Environment(Environment { light, surround })),
+            Place::Environment(surround, _, up) => lamps.push(Lamp::Environment(Environment { light, surround, up })),
         }
     }
     Ok((lights, lamps))

@@ -9,11 +9,13 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use crate::color::Uplift;
 use crate::keys::{self, Keys};
-use crate::material::read as materials;
+use crate::material::{Ink, read as materials};
+use crate::scene::Scene;
 use crate::scene::bvh::Geometry;
 use crate::scene::light::tree::LightTree;
-use crate::scene::{Scene, srgb_basis};
+use crate::spectral::Spectrum;
 use crate::{Error, Result};
 
 use shapes::Shapes;
@@ -23,6 +25,28 @@ pub fn load(path: &Path) -> Result<Scene> {
     let text = std::fs::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
     let folder = path.parent().unwrap_or(Path::new("."));
     parse(&text, folder).map_err(|e| e.in_file(path))
+}
+
+/// A scene's materials without the scene.
+pub struct Materials {
+    /// With their names, in order.
+    pub materials: Vec<materials::Named>,
+    /// The spectra that they refer to.
+    pub inks: Vec<Ink>,
+    /// Basis of RGB colours.
+    pub srgb: [Spectrum; 3],
+}
+
+/// Reads the materials of a scene file.
+pub fn materials(path: &Path) -> Result<Materials> {
+    let text = std::fs::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let read = || {
+        let mut inks = Vec::new();
+        let materials = materials::read_all(keys::parse(&text)?.tables("materials")?, folder, &mut inks)?;
+        Ok(Materials { materials, inks, srgb: Uplift::new()?.basis().clone() })
+    };
+    read().map_err(|e: Error| e.in_file(path))
 }
 
 /// Reads a scene's text; files it names lie in `folder`.
@@ -58,7 +82,7 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
         clear: materials.iter().any(|m| m.1.is_clear()),
         materials: materials.into_iter().map(|m| m.1).collect(),
         inks,
-        srgb: srgb_basis()?,
+        srgb: Uplift::new()?.basis().clone(),
         lights,
         geometry: Geometry::build(primitives, shapes.surfaces)?,
         lamps,

@@ -1,0 +1,58 @@
+//! Every case of tests/ref/validation.toml that Eq. (1) covers, with at most two seconds each: the result lies within its
+//! tolerance plus 4.5 standard errors, and the standard error is small enough that this says something.
+
+#[path = "accuracy/cases.rs"]
+mod cases;
+#[path = "accuracy/formulas.rs"]
+mod formulas;
+#[path = "accuracy/list.rs"]
+mod list;
+
+use std::time::{Duration, Instant};
+
+/// Cases that this file covers, and those that wait for what is not there yet.
+const WAITING: [&str; 2] = ["furnace-thermal-medium", "furnace-thinfilm-conductor"];
+
+#[test]
+fn no_case_is_forgotten() {
+    let table = cases::table();
+    let mut covered: Vec<String> = list::all(&table).into_iter().map(|c| c.id).collect();
+    covered.extend(formulas::all(&table).into_iter().map(|r| r.0));
+    covered.extend(WAITING.map(String::from));
+    let missing: Vec<&String> = table.keys().filter(|k| !covered.contains(k)).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
+#[test]
+fn formulas_are_those_of_the_table() {
+    for formulas::Row(id, what, want, got, tolerance) in formulas::all(&cases::table()) {
+        assert!((want - got).abs() <= tolerance, "{id}, {what}: {got} for {want}");
+    }
+}
+
+#[test]
+fn renders_lie_within_tolerance_and_error() {
+    let mut wrong = Vec::new();
+    for case in list::all(&cases::table()) {
+        let start = Instant::now();
+        let got = case.measure(2.0, Duration::from_secs(2));
+        let (mut worst, mut noise) = (0.0f64, 0.0f64);
+        for (v, g) in case.values.iter().zip(&got) {
+            let off = (g.value - v.want).abs();
+            worst = worst.max(off / (v.tolerance + 4.5 * g.standard_error));
+            noise = noise.max(g.standard_error / v.tolerance);
+            if off > v.tolerance + 4.5 * g.standard_error || g.standard_error > 5.0 * v.tolerance {
+                wrong.push(format!(
+                    "{}, {}: {} +- {} for {} +- {}",
+                    case.id, v.label, g.value, g.standard_error, v.want, v.tolerance
+                ));
+            }
+        }
+        let (n, s) = (case.values.len(), start.elapsed().as_secs_f64());
+        println!(
+            "{:32} {n:3} values, worst {worst:.2} of what is allowed, error at most {noise:.2} tolerances, {s:.2} s",
+            case.id
+        );
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

@@ -1,0 +1,169 @@
+//! The cases of tests/ref/validation.toml as scenes: what to measure, what must come out, how closely. Shared by the test,
+//! which takes a second or two a case, and by `make accuracy`, which takes each to its tolerance.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use glam::{DVec3, Vec3A};
+use luxpipe::render::estimate::{Effort, Estimate, Probe, Quantity, What, estimator};
+use luxpipe::render::sampler::Sampler;
+use luxpipe::scene::{Scene, load, ray};
+use luxpipe::spectral::Sampling;
+
+/// Where light is measured.
+pub enum Place {
+    /// Luminance along a ray.
+    Ray(DVec3, DVec3),
+    /// Illuminance of a point with a normal.
+    Point(DVec3, DVec3),
+    /// Mean illuminance of a parallelogram (corner, two sides); its front is that of their cross product.
+    Area(DVec3, DVec3, DVec3),
+    /// Mean illuminance of a disk (centre, normal, radius).
+    Disk(DVec3, DVec3, f64),
+}
+
+/// One number of a case.
+pub struct Value {
+    /// What it is.
+    pub label: String,
+    /// Index of the scene.
+    pub scene: usize,
+    /// Where it is measured.
+    pub place: Place,
+    /// Measured x factor + offset is compared.
+    pub factor: f64,
+    /// See `factor`.
+    pub offset: f64,
+    /// Expected.
+    pub want: f64,
+    /// Tolerance.
+    pub tolerance: f64,
+}
+
+/// A case.
+pub struct Case {
+    /// Its name in the table.
+    pub id: String,
+    /// Scene files and most bounces.
+    pub scenes: Vec<(String, u32)>,
+    /// What is measured.
+    pub values: Vec<Value>,
+}
+
+/// What came out.
+pub struct Got {
+    /// The value.
+    pub value: f64,
+    /// Its standard error.
+    pub standard_error: f64,
+}
+
+/// The table of expected values.
+pub fn table() -> toml::Table {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ref/validation.toml");
+    std::fs::read_to_string(path).unwrap().parse().unwrap()
+}
+
+/// A list of numbers of a case.
+pub fn list(table: &toml::Table, id: &str, key: &str) -> Vec<f64> {
+    let value = &table[id][key];
+    match value.as_array() {
+        Some(items) => items.iter().map(number).collect(),
+        None => vec![number(value)],
+    }
+}
+
+/// Rows of numbers of a case.
+pub fn rows(table: &toml::Table, id: &str, key: &str) -> Vec<Vec<f64>> {
+    let rows = table[id][key].as_array().unwrap();
+    rows.iter().map(|r| r.as_array().unwrap().iter().map(number).collect()).collect()
+}
+
+fn number(value: &toml::Value) -> f64 {
+    value.as_float().unwrap_or_else(|| value.as_integer().unwrap() as f64)
+}
+
+const R: u32 = 8;
+
+impl Case {
+    /// Measures all values: each until its standard error is `share` of its tolerance, or the time is up.
+    pub fn measure(&self, share: f64, time: Duration) -> Vec<Got> {
+        let start = Instant::now();
+        let scenes: Vec<Arc<dyn Estimate>> =
+            self.scenes.iter().map(|(text, bounces)| estimator_of(text, *bounces)).collect();
+        let frames: Vec<Scene> = self.scenes.iter().map(|(text, _)| scene(text)).collect();
+        let mut got = Vec::new();
+        for (i, v) in self.values.iter().enumerate() {
+            let until = start + time.mul_f64((i + 1) as f64 / self.values.len() as f64);
+            let wanted = share * v.tolerance / v.factor;
+            let estimate = &*scenes[v.scene];
+            let (mean, error) = replicates(wanted, until, |replicate, paths| {
+                v.place.mean(estimate, &frames[v.scene], replicate * 7919 + i as u32, paths)
+            });
+            got.push(Got { value: mean * v.factor + v.offset, standard_error: error * v.factor });
+        }
+        got
+    }
+}
+
+fn scene(text: &str) -> Scene {
+    load::parse(text, std::path::Path::new(".")).unwrap_or_else(|e| panic!("{e} in\n{text}"))
+}
+
+fn estimator_of(text: &str, max_bounces: u32) -> Arc<dyn Estimate> {
+    // All spectra are flat: four wavelengths are as good as eighty.
+    let sampling = Sampling::bins(380.0, 780.0, 4).unwrap();
+    let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed: 1, max_bounces };
+    estimator(Arc::new(scene(text)), &quantity).unwrap()
+}
+
+/// Mean of eight independent estimates and its standard error, their paths doubled until it is small enough.
+fn replicates(wanted: f64, until: Instant, mut one: impl FnMut(u32, u32) -> f64) -> (f64, f64) {
+    let mut paths = 16;
+    loop {
+        let means: Vec<f64> = (0..R).map(|r| one(r, paths)).collect();
+        let n = f64::from(R);
+        let mean = means.iter().sum::<f64>() / n;
+        let error = (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
+        if error <= wanted || Instant::now() >= until {
+            return (mean, error);
+        }
+        paths *= if error > 3.0 * wanted { 4 } else { 2 };
+    }
+}
+
+impl Place {
+    /// One estimate from so many paths.
+    fn mean(&self, estimate: &dyn Estimate, scene: &Scene, replicate: u32, paths: u32) -> f64 {
+        let at = |p: DVec3| scene.frame.place(p).as_vec3a();
+        let unit = |d: DVec3| d.normalize().as_vec3a();
+        let y = |probe: Probe, paths| {
+            let mut out = [0.0; 3];
+            estimate.measure(&[probe], Effort::Paths(paths), &mut out)[0].luminance
+        };
+        let lifted = |p: Vec3A, n: Vec3A| ray::offset(ray::offset(p, n), n);
+        let number = u64::from(replicate);
+        // A point on a surface for each path, drawn from a net of its own.
+        let over = |place: &dyn Fn([f64; 2]) -> (DVec3, DVec3)| {
+            let one = |i: u32| {
+                let (p, n) = place(Sampler::new(replicate, 77, i, 5).pair(0).map(f64::from));
+                let (p, n) = (at(p), unit(n));
+                let number = (u64::from(replicate) << 32) + u64::from(i);
+                y(Probe::Irradiance { point: lifted(p, n), normal: n, number }, 1)
+            };
+            (0..paths).map(one).sum::<f64>() / f64::from(paths)
+        };
+        match self {
+            Place::Ray(o, d) => y(Probe::Ray { origin: at(*o), direction: unit(*d), number }, paths),
+            Place::Point(p, n) => {
+                y(Probe::Irradiance { point: lifted(at(*p), unit(*n)), normal: unit(*n), number }, paths)
+            }
+            Place::Area(corner, u, v) => over(&|s| (*corner + *u * s[0] + *v * s[1], u.cross(*v))),
+            Place::Disk(centre, normal, radius) => over(&|s| {
+                let (x, y) = normal.any_orthonormal_pair();
+                let (r, phi) = (radius * s[0].sqrt(), std::f64::consts::TAU * s[1]);
+                (*centre + x * (r * phi.cos()) + y * (r * phi.sin()), *normal)
+            }),
+        }
+    }
+}
