@@ -8,9 +8,9 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::keys::{self, Keys};
-use crate::scene::bvh::{Geometry, Primitive, Surface};
 use crate::scene::camera::{Camera, Projection};
 use crate::scene::emitter::{Emitter, Shape};
+use crate::scene::geometry::{Geometry, Primitive, Surface};
 use crate::scene::mesh;
 use crate::scene::spectrum_key::SpectrumKey;
 use crate::scene::{Frame, Light, Material, Scene};

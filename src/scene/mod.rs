@@ -1,8 +1,8 @@
 //! Scenes: what is there, what it is made of, what shines, who looks. Spectra stay spectra here; a renderer samples them.
 
-pub mod bvh;
 pub mod camera;
 pub mod emitter;
+pub mod geometry;
 pub mod load;
 pub mod mesh;
 pub mod palette;
@@ -15,9 +15,9 @@ use crate::Result;
 use crate::color::Xy;
 use crate::spectral::{Observer, Spectrum};
 
-pub use bvh::{Geometry, Hit};
 pub use camera::Camera;
 pub use emitter::Emitter;
+pub use geometry::{Geometry, Hit};
 
 /// A scene, lengths in metres.
 pub struct Scene {
