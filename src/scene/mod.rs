@@ -1,7 +1,7 @@
 //! Scenes: what is there, what it is made of, what shines, who looks. Spectra stay spectra here; a renderer samples them.
 
-pub mod bvh;
 pub mod camera;
+pub mod geometry;
 pub mod light;
 pub mod load;
 pub mod mesh;
@@ -18,8 +18,8 @@ use crate::material::{Ink, Material};
 use crate::spectral::{Observer, Spectrum};
 use crate::units::K_M;
 
-pub use bvh::{Geometry, Hit};
 pub use camera::Camera;
+pub use geometry::{Geometry, Hit};
 use light::Lamp;
 use light::tree::LightTree;
 

@@ -13,7 +13,7 @@ use crate::color::Uplift;
 use crate::keys::{self, Keys};
 use crate::material::{Ink, read as materials};
 use crate::scene::Scene;
-use crate::scene::bvh::Geometry;
+use crate::scene::geometry::Geometry;
 use crate::scene::light::tree::LightTree;
 use crate::spectral::Spectrum;
 use crate::{Error, Result};

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::Result;
 use crate::keys::Keys;
-use crate::scene::bvh::{Primitive, Surface};
+use crate::scene::geometry::{Primitive, Surface};
 use crate::scene::light::area::{Emitter, Shape};
 use crate::scene::load::{Names, look_up, point};
 use crate::scene::{Frame, mesh};

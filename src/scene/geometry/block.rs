@@ -1,0 +1,169 @@
+//! Up to eight triangles or parallelograms tested at once.
+//!
+//! The test is watertight (Woop, Benthin and Wald 2013): corners are moved to the ray's origin and sheared until the ray is
+//! the last axis, the same sums for a corner whichever surface it belongs to. An edge function is the difference of two
+//! rounded products, and rounding is monotonic: its sign is right or it is zero, and zero counts as inside on both sides of
+//! the edge. So no ray passes between two surfaces that share corners.
+
+use glam::Vec3A;
+
+use super::eight::Eight;
+use super::ray::Ray;
+
+/// Surfaces of N corners: `corners[c][axis][lane]`. Lanes without a surface have all corners in one point.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub struct Block<const N: usize> {
+    /// Coordinates.
+    pub corners: [[[f32; 8]; 3]; N],
+    /// Index of the primitive.
+    pub ids: [u32; 8],
+}
+
+/// Three corners, counter-clockwise from the front.
+pub type Triangles = Block<3>;
+
+/// Parallelograms: corner, corner + u, corner + u + v, corner + v.
+pub type Quads = Block<4>;
+
+impl<const N: usize> Block<N> {
+    /// Without a surface.
+    pub fn empty() -> Block<N> {
+        Block { corners: [[[0.0; 8]; 3]; N], ids: [u32::MAX; 8] }
+    }
+
+    /// Puts a surface into a lane.
+    pub fn set(&mut self, lane: usize, corners: [Vec3A; N], id: u32) {
+        for (rows, corner) in self.corners.iter_mut().zip(corners) {
+            for (row, x) in rows.iter_mut().zip(corner.to_array()) {
+                row[lane] = x;
+            }
+        }
+        self.ids[lane] = id;
+    }
+
+    /// Corners of the surface in a lane.
+    pub fn get(&self, lane: usize) -> [Vec3A; N] {
+        self.corners.map(|rows| Vec3A::from_array(rows.map(|row| row[lane])))
+    }
+
+    /// A corner relative to the ray's origin: across the ray sheared, along it as it is. No closure here or below goes through
+    /// the standard library, which would compile it for the baseline.
+    #[inline(always)]
+    fn sheared<S: Eight>(&self, s: S, ray: &Ray, corner: usize) -> [S::F; 3] {
+        let rows = &self.corners[corner];
+        // Remainders for the compiler: no axis is out of bounds.
+        let [x, y, z] = [ray.axes[0] % 3, ray.axes[1] % 3, ray.axes[2] % 3];
+        let o = ray.origin.to_array();
+        let along = s.sub(s.load(&rows[z]), s.splat(o[z]));
+        let across = s.sub(s.load(&rows[x]), s.splat(o[x]));
+        let up = s.sub(s.load(&rows[y]), s.splat(o[y]));
+        let (sx, sy) = (s.splat(ray.shear[0]), s.splat(ray.shear[1]));
+        [s.sub(across, s.mul(sx, along)), s.sub(up, s.mul(sy, along)), along]
+    }
+}
+
+/// Twice the signed area between the ray and an edge, across the ray.
+#[inline(always)]
+fn edge<S: Eight>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> S::F {
+    s.sub(s.mul(a[0], b[1]), s.mul(a[1], b[0]))
+}
+
+/// A corner relative to the ray's origin, across the ray.
+fn across(corner: Vec3A, ray: &Ray) -> [f32; 2] {
+    let [x, y, z] = ray.axes;
+    let p = (corner - ray.origin).to_array();
+    [p[x] - ray.shear[0] * p[z], p[y] - ray.shear[1] * p[z]]
+}
+
+fn area(a: [f32; 2], b: [f32; 2]) -> f32 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// Fractions along two sides from a corner as a point of the plane they span. A surface that is a mere line has no plane
+/// and perhaps no fractions: it faces the ray, and the corner will do.
+#[inline(always)]
+fn spanned(corner: Vec3A, u: Vec3A, v: Vec3A, at: [f32; 2], ray: &Ray) -> (Vec3A, Vec3A, [f32; 2]) {
+    let at = if at[0].is_finite() && at[1].is_finite() { at } else { [0.0, 0.0] };
+    let across = u.cross(v);
+    // Squared lengths of small surfaces would underflow.
+    let normal = across / across.abs().max_element();
+    let normal = if normal.is_finite() { normal } else { -ray.direction / ray.direction.abs().max_element() };
+    (corner + u * at[0] + v * at[1], normal.normalize(), at)
+}
+
+impl Triangles {
+    /// Point, unit normal and weights of the second and third corner where a ray crosses a lane's triangle.
+    pub fn locate(&self, lane: usize, ray: &Ray) -> (Vec3A, Vec3A, [f32; 2]) {
+        let corners = self.get(lane);
+        let [a, b, c] = corners.map(|p| across(p, ray));
+        let (u, v, w) = (area(b, c), area(c, a), area(a, b));
+        let whole = 1.0 / (u + v + w);
+        spanned(corners[0], corners[1] - corners[0], corners[2] - corners[0], [v * whole, w * whole], ray)
+    }
+}
+
+impl Quads {
+    /// In the order of the block.
+    pub fn corners(corner: Vec3A, u: Vec3A, v: Vec3A) -> [Vec3A; 4] {
+        [corner, corner + u, corner + (u + v), corner + v]
+    }
+
+    /// Point, unit normal and fractions of u and v where a ray crosses a lane's parallelogram.
+    pub fn locate(&self, lane: usize, ray: &Ray) -> (Vec3A, Vec3A, [f32; 2]) {
+        let corners = self.get(lane);
+        let [a, b, c, d] = corners.map(|p| across(p, ray));
+        let (ab, bc, cd, da) = (area(a, b), area(b, c), area(c, d), area(d, a));
+        spanned(corners[0], corners[1] - corners[0], corners[3] - corners[0], [da / (bc + da), ab / (ab + cd)], ray)
+    }
+}
+
+/// Lanes crossed at 0 < t < `limit`, and the distances.
+pub trait Crossed {
+    /// One bit a lane, and distances that hold for those.
+    fn cross<S: Eight>(&self, s: S, ray: &Ray, limit: f32) -> (u32, S::F);
+}
+
+#[inline(always)]
+fn between<S: Eight>(s: S, inside: u32, t: S::F, limit: f32) -> (u32, S::F) {
+    (inside & s.lt(s.splat(0.0), t) & s.lt(t, s.splat(limit)), t)
+}
+
+impl Crossed for Triangles {
+    #[inline(always)]
+    fn cross<S: Eight>(&self, s: S, ray: &Ray, limit: f32) -> (u32, S::F) {
+        let (a, b, c) = (self.sheared(s, ray, 0), self.sheared(s, ray, 1), self.sheared(s, ray, 2));
+        let (u, v, w) = (edge(s, &b, &c), edge(s, &c, &a), edge(s, &a, &b));
+        let zero = s.splat(0.0);
+        let inside = s.le(zero, s.min(s.min(u, v), w)) | s.le(s.max(s.max(u, v), w), zero);
+        if inside == 0 {
+            return (0, zero);
+        }
+        // A ray in the triangle's plane has a sum of zero, and a distance that is no number.
+        let scale = s.div(s.splat(ray.shear[2]), s.add(s.add(u, v), w));
+        let along = s.add(s.add(s.mul(u, a[2]), s.mul(v, b[2])), s.mul(w, c[2]));
+        between(s, inside, s.mul(along, scale), limit)
+    }
+}
+
+impl Crossed for Quads {
+    #[inline(always)]
+    fn cross<S: Eight>(&self, s: S, ray: &Ray, limit: f32) -> (u32, S::F) {
+        let (a, b) = (self.sheared(s, ray, 0), self.sheared(s, ray, 1));
+        let (c, d) = (self.sheared(s, ray, 2), self.sheared(s, ray, 3));
+        let (ab, bc) = (edge(s, &a, &b), edge(s, &b, &c));
+        let (cd, da) = (edge(s, &c, &d), edge(s, &d, &a));
+        let zero = s.splat(0.0);
+        let inside = s.le(zero, s.min(s.min(ab, bc), s.min(cd, da))) | s.le(s.max(s.max(ab, bc), s.max(cd, da)), zero);
+        if inside == 0 {
+            return (0, zero);
+        }
+        // Opposite edges' areas are as the distances from them, and all four add up to twice the whole.
+        let scale = s.div(s.splat(2.0 * ray.shear[2]), s.add(s.add(ab, cd), s.add(bc, da)));
+        let half = s.mul(s.splat(0.5), s.add(s.add(ab, cd), s.add(bc, da)));
+        let u = s.mul(da, s.sub(b[2], a[2]));
+        let v = s.mul(ab, s.sub(d[2], a[2]));
+        let along = s.add(s.mul(half, a[2]), s.add(u, v));
+        between(s, inside, s.mul(along, scale), limit)
+    }
+}
