@@ -327,10 +327,9 @@ fn read_shape(mut k: Keys, metres: f64, folder: &Path, names: &Names, shapes: &m
             let shift = DVec3::from(k.get::<[f64; 3]>("translate")?.unwrap_or_default());
             let mesh =
                 mesh::load(&folder.join(&file)).map_err(|e| k.wrong_key("file", span.clone(), &e.to_string()))?;
-            let place = |p: [f32; 3]| (DVec3::from(p.map(f64::from)) * scale + shift) * metres;
+            let place = |corner: u32| (mesh.place(corner) * scale + shift) * metres;
             // Scans and CAD have triangles without area: nothing can be seen of them, or shine.
-            let whole =
-                mesh.triangles.iter().filter(|t| add.triangle(t.map(|v| place(mesh.positions[v as usize]))).is_ok());
+            let whole = mesh.triangles.iter().filter(|t| add.triangle(t.map(place)).is_ok());
             if whole.count() == 0 {
                 return Err(k.wrong_key("file", span, "no face has an area"));
             }
