@@ -8,6 +8,7 @@ pub mod mesh;
 pub mod palette;
 pub mod ray;
 pub mod spectrum_key;
+pub mod texture;
 pub mod transform;
 
 use glam::DVec3;

@@ -98,6 +98,16 @@ pub fn load(path: &Path) -> Result<Mesh> {
 }
 
 impl Mesh {
+    /// From corners and triangles, three corners each, counter-clockwise from the front; in one group without a name.
+    pub fn new(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Mesh> {
+        let mut mesh = Mesh::default();
+        positions.iter().for_each(|p| mesh.corner(DVec3::from(*p)));
+        for (i, t) in triangles.iter().enumerate() {
+            mesh.polygon(t, i as u32 + 1, || format!("face {}", i + 1))?;
+        }
+        mesh.finished()
+    }
+
     /// A corner's place, in the file's unit or wherever [`Mesh::transform`] put it.
     pub fn place(&self, corner: u32) -> DVec3 {
         self.origin + Vec3::from(self.positions[corner as usize]).as_dvec3()
@@ -234,4 +244,31 @@ fn colour(c: [f64; 3], what: impl Fn() -> String) -> Result<[f32; 3]> {
 /// A word of the file, for a message.
 fn shown(word: &str) -> String {
     printable(word.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn made_from_numbers() {
+        let corners = [[1e6, 0.0, 0.0], [1e6 + 1e-3, 0.0, 0.0], [1e6, 2e-3, 0.0]];
+        let mut mesh = Mesh::new(&corners, &[[0, 1, 2]]).unwrap();
+        assert!((mesh.place(1).x - corners[1][0]).abs() < 1e-9);
+        assert_eq!(mesh.check(Degenerate::Refuse).unwrap(), 0);
+        for (triangle, word) in [([0, 1, 3], "face 1: corner 4 of 3"), ([0, 1, 1], "face 1: it has the same corner")] {
+            let made = Mesh::new(&corners, &[triangle]);
+            let message = made.and_then(|mut m| m.check(Degenerate::Refuse)).unwrap_err().to_string();
+            assert!(message.starts_with(word), "{message}");
+        }
+        assert!(
+            Mesh::new(&[[f64::NAN; 3]; 3], &[[0, 1, 2]]).unwrap_err().to_string().contains("vertex 1 is not finite")
+        );
+    }
+
+    #[test]
+    fn suffixes_decide() {
+        assert!(load(Path::new("a.stl")).unwrap_err().to_string().contains(".obj, .ply, .gltf and .glb"));
+        assert!(load(Path::new("/nowhere/a.glb")).unwrap_err().to_string().contains("cannot read '/nowhere/a.glb'"));
+    }
 }

@@ -223,6 +223,11 @@ impl Numbers<'_> {
         if self.normalized { (value / full).max(-1.0) } else { value }
     }
 
+    /// True for plain whole numbers from 0.
+    pub fn are_indices(&self) -> bool {
+        !self.normalized && matches!(self.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
+    }
+
     /// The first three components of item `i`.
     pub fn triple(&self, i: usize) -> [f64; 3] {
         [self.at(i, 0), self.at(i, 1), self.at(i, 2)]

@@ -19,10 +19,10 @@ use gltf_json::{Node, Root};
 
 use super::{Mesh, colour, direction, shown, texture_place};
 use crate::{Error, Result, invalid};
-use data::Buffers;
+use data::{Buffers, Numbers};
 
 /// Triangles of a scene; nodes repeat meshes, so that a small file can ask for any number.
-const MOST_TRIANGLES: usize = 1 << 26;
+const MOST_TRIANGLES: usize = 1 << 24;
 /// No vertex.
 const NONE: u32 = u32::MAX;
 
@@ -145,59 +145,37 @@ impl Reader<'_> {
             Checked::Valid(_) => return Ok(()),
             Checked::Invalid => return invalid!("mode must be a number from 0 to 6"),
         };
-        let attribute = |semantic, widths: &[usize]| {
-            let index = primitive.attributes.get(&Checked::Valid(semantic));
-            index.map(|a| self.buffers.accessor(a.value(), widths)).transpose()
-        };
         // The specification: without positions, there is nothing to be seen.
-        let Some(positions) = attribute(Semantic::Positions, &[3])? else { return Ok(()) };
-        let normals = attribute(Semantic::Normals, &[3])?;
-        let uvs = attribute(Semantic::TexCoords(0), &[2])?;
-        let colours = attribute(Semantic::Colors(0), &[3, 4])?;
-        for (data, name) in [(&normals, "NORMAL"), (&uvs, "TEXCOORD_0"), (&colours, "COLOR_0")] {
-            if let Some(data) = data.as_ref().filter(|d| d.count < positions.count) {
-                return invalid!("{name} has {} items, POSITION {}", data.count, positions.count);
-            }
-        }
+        let Some(vertices) = Vertices::of(primitive, &self.buffers, place)? else { return Ok(()) };
         let indices = primitive.indices.map(|i| self.buffers.accessor(i.value(), &[1])).transpose()?;
-        let count = indices.as_ref().map_or(positions.count, |i| i.count);
-        let corner = |i: usize| indices.as_ref().map_or(i as f64, |x| x.at(i, 0));
+        if indices.as_ref().is_some_and(|i| !i.are_indices()) {
+            return invalid!("its indices must be unsigned whole numbers");
+        }
+        let corners = indices.as_ref().map_or(vertices.count(), |i| i.count);
 
         let mesh = &mut self.mesh;
         mesh.group(&material_name(self.root, primitive));
         mesh.places.parts.push((mesh.triangles.len(), what.to_string()));
-        let cofactors = cofactors(&place.matrix3);
-        let mirrored = place.matrix3.determinant() < 0.0;
-        let mut numbers = vec![NONE; positions.count];
-        for (face, mut corners) in triangles(mode, count).enumerate() {
+        let mut numbers = vec![NONE; vertices.count()];
+        for (face, mut corners) in triangles(mode, corners).enumerate() {
             if mesh.triangles.len() == MOST_TRIANGLES {
                 return Err(Error::Unsupported(format!("the scene has over {MOST_TRIANGLES} triangles")));
             }
-            if mirrored {
+            if vertices.mirrored {
                 corners.swap(1, 2);
             }
             let mut triangle = [0u32; 3];
             for (slot, i) in triangle.iter_mut().zip(corners) {
-                let at = corner(i);
-                if !(0.0..positions.count as f64).contains(&at) {
-                    return invalid!("face {}: corner {at} of {} vertices", face + 1, positions.count);
+                let v = indices.as_ref().map_or(i, |x| x.at(i, 0) as usize);
+                let Some(number) = numbers.get_mut(v) else {
+                    return invalid!("face {}: corner {v} of {} vertices", face + 1, vertices.count());
+                };
+                // What no triangle uses is not kept: primitives often share one long list.
+                if *number == NONE {
+                    *number = mesh.positions.len() as u32;
+                    vertices.add(v, mesh)?;
                 }
-                let v = at as usize;
-                if numbers[v] == NONE {
-                    numbers[v] = mesh.positions.len() as u32;
-                    let what = || format!("vertex {v}");
-                    mesh.corner(place.transform_point3(DVec3::from(positions.triple(v))));
-                    let n = mesh.positions.len() - 1;
-                    let normal = normals.as_ref().map(|d| direction(d.triple(v), what)).transpose()?;
-                    let normal = normal.map(|n| (cofactors * Vec3::from(n).as_dvec3()).normalize_or_zero());
-                    append(&mut mesh.normals, n, normal.map(|n| n.as_vec3().to_array()), [0.0; 3]);
-                    // Pictures begin at the top in glTF.
-                    let uv = uvs.as_ref().map(|d| texture_place([d.at(v, 0), 1.0 - d.at(v, 1)], what)).transpose()?;
-                    append(&mut mesh.uvs, n, uv, [0.0; 2]);
-                    let c = colours.as_ref().map(|d| colour(d.triple(v), what)).transpose()?;
-                    append(&mut mesh.colours, n, c, [1.0; 3]);
-                }
-                *slot = numbers[v];
+                *slot = *number;
             }
             let [a, b, c] = triangle;
             let stitch = mode == Mode::TriangleStrip && (a == b || b == c || c == a);
@@ -206,6 +184,58 @@ impl Reader<'_> {
                 mesh.places.of.push(face as u32 + 1);
             }
         }
+        Ok(())
+    }
+}
+
+/// A primitive's vertices, and where they are to stand.
+struct Vertices<'a> {
+    positions: Numbers<'a>,
+    normals: Option<Numbers<'a>>,
+    uvs: Option<Numbers<'a>>,
+    colours: Option<Numbers<'a>>,
+    place: &'a DAffine3,
+    cofactors: DMat3,
+    mirrored: bool,
+}
+
+impl<'a> Vertices<'a> {
+    fn of(primitive: &Primitive, buffers: &'a Buffers, place: &'a DAffine3) -> Result<Option<Vertices<'a>>> {
+        let attribute = |semantic, widths: &[usize]| {
+            let index = primitive.attributes.get(&Checked::Valid(semantic));
+            index.map(|a| buffers.accessor(a.value(), widths)).transpose()
+        };
+        let Some(positions) = attribute(Semantic::Positions, &[3])? else { return Ok(None) };
+        let normals = attribute(Semantic::Normals, &[3])?;
+        let uvs = attribute(Semantic::TexCoords(0), &[2])?;
+        let colours = attribute(Semantic::Colors(0), &[3, 4])?;
+        for (data, name) in [(&normals, "NORMAL"), (&uvs, "TEXCOORD_0"), (&colours, "COLOR_0")] {
+            if let Some(data) = data.as_ref().filter(|d| d.count < positions.count) {
+                return invalid!("{name} has {} items, POSITION {}", data.count, positions.count);
+            }
+        }
+        let linear = place.matrix3;
+        let mirrored = linear.determinant() < 0.0;
+        Ok(Some(Vertices { positions, normals, uvs, colours, place, cofactors: cofactors(&linear), mirrored }))
+    }
+
+    fn count(&self) -> usize {
+        self.positions.count
+    }
+
+    /// Adds vertex `v` to a mesh.
+    fn add(&self, v: usize, mesh: &mut Mesh) -> Result<()> {
+        let what = || format!("vertex {v}");
+        let n = mesh.positions.len();
+        mesh.corner(self.place.transform_point3(DVec3::from(self.positions.triple(v))));
+        let normal = self.normals.as_ref().map(|d| direction(d.triple(v), what)).transpose()?;
+        let turned = |n: [f32; 3]| (self.cofactors * Vec3::from(n).as_dvec3()).normalize_or_zero().as_vec3().to_array();
+        append(&mut mesh.normals, n, normal.map(turned), [0.0; 3]);
+        // Pictures begin at the top in glTF.
+        let uv = self.uvs.as_ref().map(|d| texture_place([d.at(v, 0), 1.0 - d.at(v, 1)], what)).transpose()?;
+        append(&mut mesh.uvs, n, uv, [0.0; 2]);
+        let colour = self.colours.as_ref().map(|d| colour(d.triple(v), what)).transpose()?;
+        append(&mut mesh.colours, n, colour, [1.0; 3]);
         Ok(())
     }
 }

@@ -84,6 +84,7 @@ fn faults_are_named() {
         ("\"count\":36", "\"count\":37", "node 0 'cube', primitive 0: accessor 3: its 37 items"),
         ("\"count\":24", "\"count\":23", "NORMAL has 23 items, POSITION 24"),
         ("\"componentType\":5123", "\"componentType\":5126", "accessor 3: its 36 items"),
+        ("\"componentType\":5123", "\"componentType\":5122", "unsigned whole numbers"),
         ("\"componentType\":5123", "\"componentType\":1", "accessor 3: its type"),
         ("\"indices\":3", "\"indices\":0", "have not the 1 components"),
         ("\"byteStride\":32", "\"byteStride\":4", "stride of 4 bytes"),
