@@ -20,9 +20,10 @@ pub mod mixture;
 pub mod probe;
 pub mod radiance;
 pub mod read;
+pub mod texture;
 pub mod tint;
 
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 
 pub use kernel::{Kernel, Turn, Value};
 pub use tint::{Base, Ink, Tint};
@@ -31,7 +32,7 @@ pub use tint::{Base, Ink, Tint};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Site {
     /// Place in metres.
-    pub place: [f64; 3],
+    pub place: DVec3,
     /// Texture coordinates.
     pub uv: [f32; 2],
     /// The mesh's own colour there, linear sRGB reflectance.

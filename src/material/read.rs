@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use crate::error::printable;
 use crate::keys::Keys;
+use crate::material::texture::Texture;
 use crate::material::{Base, Ink, Material, Site};
 use crate::material::{coated, conductor, dielectric, diffuse, glass, mirror, mixture, radiance};
 use crate::spectral::Spectrum;
@@ -38,6 +39,8 @@ pub struct Reader<'k, 'a> {
     pub keys: &'k mut Keys<'a>,
     /// Where files lie.
     pub folder: &'k Path,
+    /// Metres in one of the scene's lengths.
+    pub metres: f64,
     /// Spectra of all materials so far.
     pub inks: &'k mut Vec<Ink>,
     /// Materials read before this one.
@@ -50,13 +53,9 @@ pub enum Paint {
     /// The same everywhere.
     Plain(Base),
     /// A function of the place.
-    Texture(Arc<dyn Texture>),
-}
-
-/// A reflectance that varies.
-pub trait Texture: Send + Sync {
-    /// Reflectance at a site.
-    fn base(&self, site: &Site) -> Base;
+    Texture(Arc<Texture>),
+    /// The mesh's own colours; white without.
+    Vertex,
 }
 
 impl Paint {
@@ -65,22 +64,14 @@ impl Paint {
     pub fn at(&self, site: &Site) -> Base {
         match self {
             Paint::Plain(base) => *base,
-            Paint::Texture(t) => t.base(site),
+            Paint::Texture(t) => Base::Rgb(t.at(site.uv.map(f64::from), site.place)),
+            Paint::Vertex => Base::Rgb(site.colour.unwrap_or([1.0; 3])),
         }
     }
 
     /// Needs to know where.
     pub fn varies(&self) -> bool {
-        matches!(self, Paint::Texture(_))
-    }
-}
-
-/// The mesh's own colours.
-struct Vertex;
-
-impl Texture for Vertex {
-    fn base(&self, site: &Site) -> Base {
-        Base::Rgb(site.colour.unwrap_or([0.0; 3]))
+        !matches!(self, Paint::Plain(_))
     }
 }
 
@@ -104,7 +95,7 @@ impl Reader<'_, '_> {
         let plain = self.reflectance("reflectance")?;
         match (plain, self.texture()?) {
             (Some(base), None) => Ok(Paint::Plain(base)),
-            (None, Some(texture)) => Ok(Paint::Texture(texture)),
+            (None, Some(texture)) => Ok(texture),
             (None, None) => Err(self.keys.wrong("key 'reflectance' is missing (or 'texture')")),
             (Some(_), Some(_)) => Err(self.keys.wrong("give reflectance or texture, not both")),
         }
@@ -123,12 +114,15 @@ impl Reader<'_, '_> {
         }))
     }
 
-    fn texture(&mut self) -> Result<Option<Arc<dyn Texture>>> {
-        match self.keys.get_spanned::<String>("texture")? {
-            None => Ok(None),
-            Some((word, _)) if word == "vertex" => Ok(Some(Arc::new(Vertex))),
-            Some((_, span)) => Err(self.keys.wrong_key("texture", span, "expected \"vertex\"")),
+    /// `texture = "vertex"`, or a table of [`crate::material::texture`].
+    fn texture(&mut self) -> Result<Option<Paint>> {
+        if let Some(word) = self.keys.peek::<String>("texture") {
+            let (_, span) = self.keys.get_spanned::<String>("texture")?.unwrap_or_default();
+            let wrong = || self.keys.wrong_key("texture", span, "expected \"vertex\" or a table");
+            return if word == "vertex" { Ok(Some(Paint::Vertex)) } else { Err(wrong()) };
         }
+        let Some(table) = self.keys.table("texture")? else { return Ok(None) };
+        Ok(Some(Paint::Texture(Arc::new(Texture::read(table, self.folder, self.metres)?))))
     }
 
     /// A number within bounds, or its default.
@@ -156,13 +150,13 @@ pub fn spectrum(k: &mut Keys, key: &'static str, folder: &Path) -> Result<Option
 }
 
 /// Reads the tables `[materials.NAME]`; mixtures after what they are made of.
-pub fn read_all(tables: Vec<(String, Keys)>, folder: &Path, inks: &mut Vec<Ink>) -> Result<Vec<Named>> {
+pub fn read_all(tables: Vec<(String, Keys)>, folder: &Path, metres: f64, inks: &mut Vec<Ink>) -> Result<Vec<Named>> {
     let is_mixture = |k: &Keys| k.peek::<String>("type").is_some_and(|t| t == "mixture");
     let (mixtures, plain): (Vec<_>, Vec<_>) = tables.into_iter().partition(|(_, k)| is_mixture(k));
     let mut materials: Vec<Named> = Vec::new();
     for (name, mut keys) in plain.into_iter().chain(mixtures) {
         let read = kind(&mut keys)?;
-        let material = read(&mut Reader { keys: &mut keys, folder, inks, before: &materials })?;
+        let material = read(&mut Reader { keys: &mut keys, folder, metres, inks, before: &materials })?;
         keys.finish()?;
         materials.push((name, material));
     }

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::Vec3A;
 
 use crate::material::kernel::lambert::Lambert;
-use crate::material::{Kernel, Lobe, Lobes, Site, Tint};
+use crate::material::{Kernel, Lobe, Lobes, Tint};
 use crate::render::film::Film;
 use crate::render::lanes::Throughput;
 use crate::render::sampler::Sampler;
@@ -287,13 +287,4 @@ impl<T: Throughput, F: Film<T>> Tracer<'_, T, F> {
 fn power_heuristic(a: f32, b: f32) -> f32 {
     let ratio = b / a;
     1.0 / (1.0 + ratio * ratio)
-}
-
-/// What a material sees of the place where it was met.
-impl Scene {
-    /// Site and shading normal of a hit.
-    #[inline]
-    pub fn site(&self, hit: &Hit, front: bool) -> (Site, Vec3A) {
-        (Site { front, ..Site::default() }, hit.normal)
-    }
 }

@@ -7,14 +7,15 @@ pub mod load;
 pub mod mesh;
 pub mod palette;
 pub mod ray;
+pub mod transform;
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3, Vec3A};
 
 use crate::Result;
 use crate::color::Xy;
-use crate::material::{Ink, Material};
+use crate::material::{Ink, Material, Site};
 use crate::spectral::{Observer, Spectrum};
 use crate::units::K_M;
 
@@ -29,6 +30,8 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// Materials, in the order of their names.
     pub materials: Vec<Arc<dyn Material>>,
+    /// Which of them need to know the place: texture coordinates, smooth normals.
+    pub looks_at_site: Vec<bool>,
     /// Any of them can be looked through.
     pub clear: bool,
     /// Spectra that materials refer to by number.
@@ -66,6 +69,16 @@ impl Frame {
     pub fn place(&self, metres: DVec3) -> DVec3 {
         (metres - self.centre) * self.scale
     }
+
+    /// The same as a map.
+    pub fn affine(&self) -> DAffine3 {
+        DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.centre)
+    }
+
+    /// And back.
+    pub fn metres(&self, place: DVec3) -> DVec3 {
+        place / self.scale + self.centre
+    }
 }
 
 /// Light that one or more surfaces give off, the same in every direction of the front.
@@ -78,6 +91,17 @@ pub struct Light {
 }
 
 impl Scene {
+    /// What a material may ask of a hit, and the shading normal on the front side.
+    #[inline]
+    pub fn site(&self, hit: &Hit, front: bool) -> (Site, Vec3A) {
+        if !self.looks_at_site[hit.surface.material as usize] {
+            return (Site { front, ..Site::default() }, hit.normal);
+        }
+        let shading = self.geometry.shading(hit);
+        let place = self.frame.metres(hit.point.as_dvec3());
+        (Site { place, uv: shading.uv, colour: shading.colour, front }, shading.normal)
+    }
+
     /// Chromaticity of the light that emits the most luminous flux: the picture's white. `None` without visible light.
     pub fn white(&self) -> Result<Option<Xy>> {
         let observer = Observer::cie1931()?;

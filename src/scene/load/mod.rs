@@ -3,6 +3,7 @@
 pub mod camera;
 pub mod lights;
 pub mod shapes;
+mod solid;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +14,6 @@ use crate::color::Uplift;
 use crate::keys::{self, Keys};
 use crate::material::{Ink, read as materials};
 use crate::scene::Scene;
-use crate::scene::geometry::Geometry;
 use crate::scene::light::tree::LightTree;
 use crate::spectral::Spectrum;
 use crate::{Error, Result};
@@ -56,7 +56,7 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     let camera = keys.table("camera")?.map(|k| camera::read(k, metres)).transpose()?;
     let max_bounces = keys.number("max_bounces", "must be a whole number from 0", |x| x >= 0.0 && x.fract() == 0.0)?;
     let mut inks = Vec::new();
-    let materials = materials::read_all(keys.tables("materials")?, folder, &mut inks)?;
+    let materials = materials::read_all(keys.tables("materials")?, folder, metres, &mut inks)?;
     let lights = keys.tables("lights")?.into_iter().map(|(name, k)| lights::read(name, k, metres, folder));
     let mut lights = lights.collect::<Result<Vec<_>>>()?;
     if let Some(k) = keys.table("environment")? {
@@ -67,24 +67,25 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
         materials: index(materials.iter().map(|m| m.0.as_str()).collect()),
         lights: index(lights.iter().filter(|l| l.is_area()).map(|l| l.name.as_str()).collect()),
     };
+    let groups = shapes::read_groups(&mut keys, metres, folder, &named)?;
     let mut shapes = Shapes::default();
     for table in keys.array("shape")? {
-        shapes::read(table, metres, folder, &named, &mut shapes)?;
+        shapes::read(table, metres, folder, &named, &groups, &mut shapes)?;
     }
     keys.finish()?;
-    let frame = shapes::frame(&shapes.solids);
-    let primitives = shapes.solids.iter().map(|s| s.placed(&frame)).collect();
-    let emitters: Vec<_> = shapes.emitters.iter().map(|e| shapes::placed_emitter(e, &frame)).collect();
-    let (lights, lamps) = lights::settle(lights, &shapes.emitters, emitters, &frame)?;
+    let frame = shapes.frame(&groups);
+    let (lights, lamps) = lights::settle(lights, &shapes.emitters, shapes.placed_emitters(&frame), &frame)?;
     let tree = LightTree::new(&lamps, &lights::power(&lights, &lamps, &frame)?);
+    let rough = shapes.is_smooth(&groups);
     Ok(Scene {
         camera: camera.map(|c| c.within(frame)),
         clear: materials.iter().any(|m| m.1.is_clear()),
+        looks_at_site: materials.iter().map(|m| rough || m.1.looks_at_site()).collect(),
         materials: materials.into_iter().map(|m| m.1).collect(),
         inks,
         srgb: Uplift::new()?.basis().clone(),
         lights,
-        geometry: Geometry::build(primitives, shapes.surfaces)?,
+        geometry: shapes.geometry(groups, &frame)?,
         lamps,
         tree,
         frame,

@@ -1,105 +1,74 @@
-//! `[[shape]]`: surfaces in metres, then in the geometry's numbers.
+//! `[[shape]]` and `[[group]]`: surfaces in metres, then in the geometry's numbers.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use crate::Result;
 use crate::keys::Keys;
-use crate::scene::geometry::{Primitive, Surface};
+use crate::scene::geometry::{Attributes, Geometry, Group, Parts, Placement, Primitive, Surface};
 use crate::scene::light::area::{Emitter, Shape};
 use crate::scene::load::{Names, look_up, point};
-use crate::scene::{Frame, mesh};
+use crate::scene::mesh::{self, Degenerate, Mesh};
+use crate::scene::transform::Transform;
+use crate::scene::{Frame, load::solid};
 
-/// Everything that grows while shapes are read.
+use solid::Solid;
+
+/// Everything that grows while shapes are read, in metres.
 #[derive(Default)]
 pub(super) struct Shapes {
-    /// In metres.
     pub(super) solids: Vec<Solid>,
-    pub(super) surfaces: Vec<Surface>,
-    /// In metres.
     pub(super) emitters: Vec<Emitter>,
 }
 
-/// A surface in metres, before it gets the geometry's numbers.
-pub(super) enum Solid {
-    Triangle([DVec3; 3]),
-    Sphere { center: DVec3, radius: f64, inward: bool },
+/// Shapes that are placed together, many times.
+pub(super) struct GroupShapes {
+    name: String,
+    shapes: Shapes,
+    frame: Frame,
 }
 
-impl Solid {
-    fn middle(&self) -> DVec3 {
-        match self {
-            Solid::Triangle([a, b, c]) => (*a + *b + *c) / 3.0,
-            Solid::Sphere { center, .. } => *center,
+/// Reads `[[group]]`, each with `name` and its own `[[group.shape]]`.
+pub(super) fn read_groups(keys: &mut Keys, metres: f64, folder: &Path, names: &Names) -> Result<Vec<GroupShapes>> {
+    let mut groups: Vec<GroupShapes> = Vec::new();
+    for mut k in keys.array("group")? {
+        let name: String = k.need("name")?;
+        if groups.iter().any(|g| g.name == name) {
+            return Err(k.wrong("name: there is a group of that name already"));
         }
+        let mut shapes = Shapes::default();
+        for table in k.array("shape")? {
+            read(table, metres, folder, names, &[], &mut shapes)?;
+        }
+        if shapes.solids.is_empty() || !shapes.emitters.is_empty() {
+            return Err(k.wrong("a group needs shapes, and none of them may shine"));
+        }
+        k.finish()?;
+        let frame = shapes.frame(&[]);
+        groups.push(GroupShapes { name, shapes, frame });
     }
-
-    /// Largest distance of its surface from a point.
-    fn reach(&self, from: DVec3) -> f64 {
-        match self {
-            Solid::Triangle(t) => t.iter().map(|p| p.distance(from)).fold(0.0, f64::max),
-            Solid::Sphere { center, radius, .. } => center.distance(from) + radius,
-        }
-    }
-
-    pub(super) fn placed(&self, frame: &Frame) -> Primitive {
-        match self {
-            Solid::Triangle(t) => Primitive::Triangle(t.map(|p| frame.place(p).as_vec3a())),
-            Solid::Sphere { center, radius, inward } => Primitive::Sphere {
-                center: frame.place(*center).as_vec3a(),
-                radius: (radius * frame.scale) as f32,
-                inward: *inward,
-            },
-        }
-    }
-}
-
-/// The frame about the middle of most surfaces, on the scale of half of them: a far sun or a wide ground plane does not
-/// rob the rest of its digits.
-pub(super) fn frame(solids: &[Solid]) -> Frame {
-    let median = |mut values: Vec<f64>| {
-        let middle = values.len() / 2;
-        *values.select_nth_unstable_by(middle, f64::total_cmp).1
-    };
-    if solids.is_empty() {
-        return Frame { centre: DVec3::ZERO, scale: 1.0 };
-    }
-    let axis = |f: fn(DVec3) -> f64| median(solids.iter().map(|s| f(s.middle())).collect());
-    let centre = DVec3::new(axis(|p| p.x), axis(|p| p.y), axis(|p| p.z));
-    let reach = median(solids.iter().map(|s| s.reach(centre)).collect());
-    Frame { centre, scale: if reach > 0.0 { 1.0 / reach } else { 1.0 } }
-}
-
-pub(super) fn placed_emitter(e: &Emitter, frame: &Frame) -> Emitter {
-    let shape = match &e.shape {
-        Shape::Rectangle { corner, u, v } => {
-            Shape::Rectangle { corner: frame.place(*corner), u: *u * frame.scale, v: *v * frame.scale }
-        }
-        Shape::Triangle(t) => Shape::Triangle(t.map(|p| frame.place(p))),
-        Shape::Sphere { center, radius, inward } => {
-            Shape::Sphere { center: frame.place(*center), radius: radius * frame.scale, inward: *inward }
-        }
-        Shape::Disk { center, normal, radius } => {
-            Shape::Disk { center: frame.place(*center), normal: *normal, radius: radius * frame.scale }
-        }
-        Shape::Cylinder { base, axis, radius, inward } => Shape::Cylinder {
-            base: frame.place(*base),
-            axis: *axis * frame.scale,
-            radius: radius * frame.scale,
-            inward: *inward,
-        },
-    };
-    Emitter { light: e.light, shape }
+    Ok(groups)
 }
 
 /// Reads one shape.
-pub(super) fn read(mut k: Keys, metres: f64, folder: &Path, names: &Names, shapes: &mut Shapes) -> Result<()> {
+pub(super) fn read(
+    mut k: Keys,
+    metres: f64,
+    folder: &Path,
+    names: &Names,
+    groups: &[GroupShapes],
+    shapes: &mut Shapes,
+) -> Result<()> {
     let Some((kind, span)) = k.get_spanned::<String>("type")? else { return Err(k.wrong("key 'type' is missing")) };
     let material = look_up(&mut k, "material", &names.materials)?;
+    k.get::<String>("name")?;
+    if kind == "instance" {
+        return read_instance(k, metres, groups, material, shapes);
+    }
     let material = material.ok_or_else(|| k.wrong("key 'material' is missing"))? as u32;
     let light = look_up(&mut k, "light", &names.lights)?;
-    k.get::<String>("name")?;
     let mut add = Adder { shapes, material, light };
     match kind.as_str() {
         "quad" => {
@@ -108,38 +77,113 @@ pub(super) fn read(mut k: Keys, metres: f64, folder: &Path, names: &Names, shape
             let p = points.map(|p| DVec3::from(p) * metres);
             add.quad(p).map_err(|e| k.wrong_key("points", span, &e))?;
         }
+        "triangle" => {
+            let (points, span) =
+                k.get_spanned::<[[f64; 3]; 3]>("points")?.ok_or_else(|| k.wrong("key 'points' is missing"))?;
+            add.triangle(points.map(|p| DVec3::from(p) * metres)).map_err(|e| k.wrong_key("points", span, &e))?;
+        }
         "box" => {
             let (a, b) = (point(&mut k, "min")? * metres, point(&mut k, "max")? * metres);
             add.cuboid(a, b).map_err(|e| k.wrong(&e))?;
         }
         "sphere" => {
             let center = point(&mut k, "center")? * metres;
-            let positive = |x: f64| x > 0.0 && x < 1e9;
-            let radius =
-                k.number("radius", "must be above 0", positive)?.ok_or_else(|| k.wrong("key 'radius' is missing"))?;
+            let radius = radius(&mut k, metres)?;
             let inward = k.get("inward")?.unwrap_or(false);
-            add.sphere(center, radius * metres, inward);
+            add.solid(Shape::Sphere { center, radius, inward });
         }
-        "mesh" => {
-            let (file, span) = k.get_spanned::<String>("file")?.ok_or_else(|| k.wrong("key 'file' is missing"))?;
-            let scale = k.number("scale", "must be above 0", |x| x > 0.0 && x < 1e9)?.unwrap_or(1.0);
-            let shift = DVec3::from(k.get::<[f64; 3]>("translate")?.unwrap_or_default());
-            let mesh =
-                mesh::load(&folder.join(&file)).map_err(|e| k.wrong_key("file", span.clone(), &e.to_string()))?;
-            let place = |p: [f32; 3]| (DVec3::from(p.map(f64::from)) * scale + shift) * metres;
-            // Scans and CAD have triangles without area: nothing can be seen of them, or shine.
-            let whole =
-                mesh.triangles.iter().filter(|t| add.triangle(t.map(|v| place(mesh.positions[v as usize]))).is_ok());
-            if whole.count() == 0 {
-                return Err(k.wrong_key("file", span, "no face has an area"));
+        "disk" => {
+            let center = point(&mut k, "center")? * metres;
+            let normal = point(&mut k, "normal")?.normalize_or_zero();
+            if normal == DVec3::ZERO {
+                return Err(k.wrong("normal: has no length"));
             }
+            let radius = radius(&mut k, metres)?;
+            add.solid(Shape::Disk { center, normal, radius });
         }
+        "cylinder" => {
+            let (base, top) = (point(&mut k, "base")? * metres, point(&mut k, "top")? * metres);
+            if base == top {
+                return Err(k.wrong("base and top are one point"));
+            }
+            let radius = radius(&mut k, metres)?;
+            let inward = k.get("inward")?.unwrap_or(false);
+            add.solid(Shape::Cylinder { base, axis: top - base, radius, inward });
+        }
+        "mesh" => read_mesh(&mut k, metres, folder, names, &mut add)?,
         other => {
             let other = crate::error::printable(other.as_bytes());
-            return Err(k.wrong_key("type", span, &format!("no shape '{other}'; there are quad, box, sphere, mesh")));
+            let message = format!(
+                "no shape '{other}'; there are quad, triangle, box, sphere, disk, cylinder, mesh, instance"
+            );
+            return Err(k.wrong_key("type", span, &message));
         }
     }
     k.finish()
+}
+
+fn radius(k: &mut Keys, metres: f64) -> Result<f64> {
+    let positive = |x: f64| x > 0.0 && x < 1e9;
+    let radius = k.number("radius", "must be above 0", positive)?;
+    Ok(radius.ok_or_else(|| k.wrong("key 'radius' is missing"))? * metres)
+}
+
+/// A uniform scale.
+fn scaling(by: f64) -> DAffine3 {
+    DAffine3::from_scale(DVec3::splat(by))
+}
+
+fn read_instance(
+    mut k: Keys,
+    metres: f64,
+    groups: &[GroupShapes],
+    material: Option<usize>,
+    shapes: &mut Shapes,
+) -> Result<()> {
+    let (name, span) = k.get_spanned::<String>("group")?.ok_or_else(|| k.wrong("key 'group' is missing"))?;
+    let Some(group) = groups.iter().position(|g| g.name == name) else {
+        let known: Vec<&str> = groups.iter().map(|g| g.name.as_str()).collect();
+        return Err(k.wrong_key("group", span, &format!("there are {}", known.join(", "))));
+    };
+    let affine = Transform::read(&mut k)?.affine();
+    let transform = scaling(metres) * affine * scaling(1.0 / metres);
+    shapes.solids.push(Solid::Placed { group, transform, material: material.map(|m| m as u32) });
+    k.finish()
+}
+
+fn read_mesh(k: &mut Keys, metres: f64, folder: &Path, names: &Names, add: &mut Adder) -> Result<()> {
+    let (file, span) = k.get_spanned::<String>("file")?.ok_or_else(|| k.wrong("key 'file' is missing"))?;
+    let place = Transform::read(k)?;
+    let unit = Transform::new(scaling(metres)).and_then(|unit| place.then(&unit));
+    let place = unit.ok_or_else(|| k.wrong("the transform leaves nothing"))?;
+    let policy = k.get::<Degenerate>("degenerate")?.unwrap_or_default();
+    let smooth = k.number("smooth_deg", "must lie in 0 to 180", |x| (0.0..=180.0).contains(&x))?;
+    let of = k.get_spanned::<BTreeMap<String, String>>("materials")?;
+    let wrong = |e: crate::Error| k.wrong_key("file", span.clone(), &e.to_string());
+    let mut mesh = mesh::load(&folder.join(&file)).map_err(wrong)?;
+    mesh.check(policy).map_err(wrong)?;
+    mesh.turn_normals();
+    if let Some(crease) = smooth {
+        mesh.smooth(crease);
+    }
+    mesh.transform(&place);
+    if mesh.triangles.is_empty() {
+        return Err(k.wrong_key("file", span, "no face has an area"));
+    }
+    let mut materials = vec![add.material; mesh.groups.len()];
+    if let Some((of, span)) = of {
+        for (group, name) in &of {
+            let found = names.materials.get(name).copied();
+            let in_mesh = mesh.groups.iter().any(|g| g.name == *group);
+            let (Some(index), true) = (found, in_mesh) else {
+                return Err(k.wrong_key("materials", span, &format!("no group '{group}' in the mesh, or no material '{name}'")));
+            };
+            let hits = mesh.groups.iter().zip(&mut materials).filter(|(g, _)| g.name == *group);
+            hits.for_each(|(_, m)| *m = index as u32);
+        }
+    }
+    add.mesh(mesh, materials);
+    Ok(())
 }
 
 /// Adds surfaces that share a material and a light.
@@ -150,25 +194,31 @@ struct Adder<'a> {
 }
 
 impl Adder<'_> {
-    fn emitter(&mut self, shape: Shape) -> Option<u32> {
-        let light = self.light?;
-        self.shapes.emitters.push(Emitter { light, shape });
-        Some(self.shapes.emitters.len() as u32 - 1)
+    fn solid(&mut self, shape: Shape) {
+        let emitter = self.light.map(|light| {
+            self.shapes.emitters.push(Emitter { light, shape: shape.clone() });
+            self.shapes.emitters.len() as u32 - 1
+        });
+        self.shapes.solids.push(Solid::One { shape, surface: Surface { material: self.material, emitter } });
     }
 
-    fn push(&mut self, solid: Solid, emitter: Option<u32>) {
-        self.shapes.solids.push(solid);
-        self.shapes.surfaces.push(Surface { material: self.material, emitter });
+    fn mesh(&mut self, mesh: Mesh, materials: Vec<u32>) {
+        let first = self.light.map(|light| {
+            let first = self.shapes.emitters.len() as u32;
+            let shape = |t: &[u32; 3]| Shape::Triangle(t.map(|c| mesh.place(c)));
+            self.shapes.emitters.extend(mesh.triangles.iter().map(|t| Emitter { light, shape: shape(t) }));
+            first
+        });
+        self.shapes.solids.push(Solid::Mesh { mesh: Box::new(mesh), materials, emitter: first });
     }
 
     fn triangle(&mut self, p: [DVec3; 3]) -> Result<(), String> {
         check_triangle(p)?;
-        let emitter = self.emitter(Shape::Triangle(p));
-        self.push(Solid::Triangle(p), emitter);
+        self.solid(Shape::Triangle(p));
         Ok(())
     }
 
-    /// Triangles 0 1 2 and 0 2 3; a rectangle shines as one.
+    /// A rectangle is one surface, another quad triangles 0 1 2 and 0 2 3.
     fn quad(&mut self, p: [DVec3; 4]) -> Result<(), String> {
         let (u, v) = (p[1] - p[0], p[3] - p[0]);
         let size = u.length() + v.length();
@@ -182,16 +232,8 @@ impl Adder<'_> {
             return self.triangle([p[0], p[1], p[2]]).and_then(|()| self.triangle([p[0], p[2], p[3]]));
         }
         check_triangle([p[0], p[1], p[2]])?;
-        let emitter = self.emitter(Shape::Rectangle { corner: p[0], u, v });
-        for t in [[p[0], p[1], p[2]], [p[0], p[2], p[3]]] {
-            self.push(Solid::Triangle(t), emitter);
-        }
+        self.solid(Shape::Rectangle { corner: p[0], u, v });
         Ok(())
-    }
-
-    fn sphere(&mut self, center: DVec3, radius: f64, inward: bool) {
-        let emitter = self.emitter(Shape::Sphere { center, radius, inward });
-        self.push(Solid::Sphere { center, radius, inward }, emitter);
     }
 
     /// Six rectangles that face outward.
@@ -209,6 +251,106 @@ impl Adder<'_> {
             [at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)],
         ];
         faces.into_iter().try_for_each(|f| self.quad(f))
+    }
+}
+
+impl Shapes {
+    /// The frame about the middle of most surfaces, on the scale of half of them: a far sun or a wide ground plane does not
+    /// rob the rest of its digits.
+    pub(super) fn frame(&self, groups: &[GroupShapes]) -> Frame {
+        let mut boxes = Vec::new();
+        for solid in &self.solids {
+            solid.boxes(groups, &mut boxes);
+        }
+        if boxes.is_empty() {
+            return Frame { centre: DVec3::ZERO, scale: 1.0 };
+        }
+        let middle = |b: &([DVec3; 2], f64)| (b.0[0] + b.0[1]) * 0.5;
+        let axis = |f: fn(DVec3) -> f64| median(boxes.iter().map(|b| (f(middle(b)), b.1)).collect());
+        let centre = DVec3::new(axis(|p| p.x), axis(|p| p.y), axis(|p| p.z));
+        let farthest = |[low, high]: [DVec3; 2]| (low - centre).abs().max((high - centre).abs()).length();
+        let reach = median(boxes.iter().map(|b| (farthest(b.0), b.1)).collect());
+        Frame { centre, scale: if reach > 0.0 { 1.0 / reach } else { 1.0 } }
+    }
+
+    /// Emitters in the geometry's numbers.
+    pub(super) fn placed_emitters(&self, frame: &Frame) -> Vec<Emitter> {
+        self.emitters.iter().map(|e| Emitter { light: e.light, shape: solid::placed(&e.shape, frame) }).collect()
+    }
+
+    /// Some mesh has normals of its own.
+    pub(super) fn is_smooth(&self, groups: &[GroupShapes]) -> bool {
+        let all = groups.iter().flat_map(|g| &g.shapes.solids).chain(&self.solids);
+        all.into_iter().any(|s| matches!(s, Solid::Mesh { mesh, .. } if mesh.normals.is_some()))
+    }
+
+    fn parts(self, frame: &Frame, groups: &[GroupShapes]) -> Result<(Parts, Vec<Placement>)> {
+        let mut parts = Parts::default();
+        let mut placements = Vec::new();
+        for solid in self.solids {
+            match solid {
+                Solid::One { shape, surface } => parts.push(solid::primitive(&shape, frame), surface),
+                Solid::Placed { group, transform, material } => {
+                    let local = groups[group].frame;
+                    let transform = frame.affine() * transform * local.affine().inverse();
+                    placements.push(Placement { group: group as u32, transform, material });
+                }
+                Solid::Mesh { mesh, materials, emitter } => add_mesh(&mut parts, *mesh, &materials, emitter, frame)?,
+            }
+        }
+        Ok((parts, placements))
+    }
+
+    /// Builds the trees.
+    pub(super) fn geometry(self, groups: Vec<GroupShapes>, frame: &Frame) -> Result<Geometry> {
+        let (parts, placements) = self.parts(frame, &groups)?;
+        let build = |g: GroupShapes| Group::build(g.shapes.parts(&g.frame, &[])?.0);
+        let groups = groups.into_iter().map(build).collect::<Result<_>>()?;
+        Geometry::assemble(parts, groups, &placements)
+    }
+}
+
+fn add_mesh(parts: &mut Parts, mesh: Mesh, materials: &[u32], emitter: Option<u32>, frame: &Frame) -> Result<()> {
+    let points: Vec<_> = (0..mesh.positions.len() as u32).map(|c| frame.place(mesh.place(c)).as_vec3a()).collect();
+    let first = parts.primitives.len();
+    let surface = Surface { material: 0, emitter: None };
+    let varies = mesh.normals.is_some() || mesh.uvs.is_some() || mesh.colours.is_some();
+    let attributes = Attributes {
+        corners: if varies { mesh.triangles.clone() } else { Vec::new() },
+        normals: mesh.normals.unwrap_or_default(),
+        uv: mesh.uvs.unwrap_or_default(),
+        colours: mesh.colours.unwrap_or_default(),
+    };
+    parts.mesh(&points, &mesh.triangles, surface, attributes)?;
+    for (group, material) in mesh.groups.iter().zip(materials) {
+        for t in group.triangles.clone() {
+            let emitter = emitter.map(|e| e + t as u32);
+            parts.surfaces[first + t] = Surface { material: *material, emitter };
+        }
+    }
+    Ok(())
+}
+
+/// The value that half of the weight lies below.
+fn median(mut values: Vec<(f64, f64)>) -> f64 {
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = values.iter().map(|v| v.1).sum::<f64>() / 2.0;
+    let mut below = 0.0;
+    for (value, weight) in &values {
+        below += weight;
+        if below > half {
+            return *value;
+        }
+    }
+    values.last().map_or(0.0, |v| v.0)
+}
+
+impl GroupShapes {
+    /// Bounding box, m.
+    pub(super) fn bounds(&self) -> [DVec3; 2] {
+        let mut boxes = Vec::new();
+        self.shapes.solids.iter().for_each(|s| s.boxes(&[], &mut boxes));
+        solid::hull(boxes.iter().flat_map(|b| b.0))
     }
 }
 
