@@ -42,7 +42,7 @@ fn with(text: &str, name: &str, test: impl Fn(&dyn Material, Sample)) {
     let mut keys = keys::parse(text).unwrap();
     let mut inks = Vec::new();
     let tables = keys.tables("materials").unwrap();
-    let all = read_all(tables, std::path::Path::new("."), &mut inks).unwrap_or_else(|e| panic!("{text}: {e}"));
+    let all = read_all(tables, std::path::Path::new("."), 1.0, &mut inks).unwrap_or_else(|e| panic!("{text}: {e}"));
     let material = &*all.iter().find(|m| m.0 == name).unwrap().1;
     let srgb = Uplift::new().unwrap().basis().clone();
     for front in [true, false] {

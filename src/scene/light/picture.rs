@@ -15,13 +15,11 @@ use crate::photometry::environment::{Environment as Directions, Region};
 use crate::scene::light::MOST_PARTS;
 use crate::scene::light::environment::Surround;
 use crate::scene::light::sky::Axes;
-use crate::spectral::{Observer, Spectrum, builtin};
 use crate::stream::meaning::Overrides;
 use crate::stream::reader::Input;
 use crate::stream::spool::Limits;
 use crate::stream::tristimulus::tristimulus;
 use crate::stream::{Block, upright};
-use crate::units::K_M;
 use crate::{Error, Result, invalid};
 
 /// Most pixels: 12 bytes each.

@@ -42,8 +42,9 @@ pub fn materials(path: &Path) -> Result<Materials> {
     let text = std::fs::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
     let folder = path.parent().unwrap_or(Path::new("."));
     let read = || {
-        let mut inks = Vec::new();
-        let materials = materials::read_all(keys::parse(&text)?.tables("materials")?, folder, &mut inks)?;
+        let (mut keys, mut inks) = (keys::parse(&text)?, Vec::new());
+        let metres = unit(&mut keys)?;
+        let materials = materials::read_all(keys.tables("materials")?, folder, metres, &mut inks)?;
         Ok(Materials { materials, inks, srgb: Uplift::new()?.basis().clone() })
     };
     read().map_err(|e: Error| e.in_file(path))

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::Result;
 use crate::keys::Keys;
-use crate::scene::geometry::{Attributes, Geometry, Group, Parts, Placement, Primitive, Surface};
+use crate::scene::geometry::{Attributes, Geometry, Group, Parts, Placement, Surface};
 use crate::scene::light::area::{Emitter, Shape};
 use crate::scene::load::{Names, look_up, point};
 use crate::scene::mesh::{self, Degenerate, Mesh};
@@ -113,9 +113,8 @@ pub(super) fn read(
         "mesh" => read_mesh(&mut k, metres, folder, names, &mut add)?,
         other => {
             let other = crate::error::printable(other.as_bytes());
-            let message = format!(
-                "no shape '{other}'; there are quad, triangle, box, sphere, disk, cylinder, mesh, instance"
-            );
+            let message =
+                format!("no shape '{other}'; there are quad, triangle, box, sphere, disk, cylinder, mesh, instance");
             return Err(k.wrong_key("type", span, &message));
         }
     }
@@ -176,7 +175,11 @@ fn read_mesh(k: &mut Keys, metres: f64, folder: &Path, names: &Names, add: &mut 
             let found = names.materials.get(name).copied();
             let in_mesh = mesh.groups.iter().any(|g| g.name == *group);
             let (Some(index), true) = (found, in_mesh) else {
-                return Err(k.wrong_key("materials", span, &format!("no group '{group}' in the mesh, or no material '{name}'")));
+                return Err(k.wrong_key(
+                    "materials",
+                    span,
+                    &format!("no group '{group}' in the mesh, or no material '{name}'"),
+                ));
             };
             let hits = mesh.groups.iter().zip(&mut materials).filter(|(g, _)| g.name == *group);
             hits.for_each(|(_, m)| *m = index as u32);

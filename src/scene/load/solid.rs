@@ -67,9 +67,7 @@ pub(super) fn placed(shape: &Shape, frame: &Frame) -> Shape {
     let place = |p: DVec3| frame.place(p);
     let scale = frame.scale;
     match shape {
-        Shape::Rectangle { corner, u, v } => {
-            Shape::Rectangle { corner: place(*corner), u: *u * scale, v: *v * scale }
-        }
+        Shape::Rectangle { corner, u, v } => Shape::Rectangle { corner: place(*corner), u: *u * scale, v: *v * scale },
         Shape::Triangle(t) => Shape::Triangle(t.map(place)),
         Shape::Sphere { center, radius, inward } => {
             Shape::Sphere { center: place(*center), radius: radius * scale, inward: *inward }
