@@ -91,7 +91,7 @@ fn mean_reflectance(n: &Spectrum, k: &Spectrum) -> Result<Spectrum> {
         let albedo = Albedo::from_fn(|cos| fresnel::conductor(cos, n.at(nm) as f32, k.at(nm) as f32));
         f64::from(albedo.mean()).min(1.0)
     };
-    let mut nodes: Vec<f64> = crate::spectral::spectrum::breaks(&[n, k], 0.0, 1e6);
+    let mut nodes: Vec<f64> = crate::spectral::spectrum::breaks(&[n, k], 1.0, 1e6);
     nodes.retain(|nm| nm.is_finite());
     if nodes.len() < 2 {
         return Ok(Spectrum::Constant(mean(550.0)));
