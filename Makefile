@@ -9,7 +9,7 @@ FUZZ_TARGETS := $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
 FUZZ_SECONDS ?= 60
 FUZZ_LIMITS := -rss_limit_mb=512 -timeout=10 -max_len=65536
 
-.PHONY: all demo test lint fuzz bench man paper-colour paper-encodings paper-tone intents install clean
+.PHONY: all demo test lint fuzz bench bench-rays man paper-colour paper-encodings paper-tone intents install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -43,6 +43,10 @@ fuzz:
 # Ratios to `cat`, and of encodings and tone maps to Radiance and libtiff, in the same run: see benches/.
 bench:
 	$(CARGO) bench --locked --bench streams --bench encodings --bench tone
+
+# Rays a second; beside Embree's where EMBREE_RAYS names a program made of benches/embree_rays.cpp.
+bench-rays:
+	$(CARGO) bench --locked --bench rays
 
 # The paper's colour figures beside ours, as Markdown.
 paper-colour:
