@@ -218,6 +218,7 @@ impl Filter for Spectrace {
     fn start(self, _: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
         let path = self.scene.as_ref().ok_or_else(|| Error::Usage("expected a scene file".into()))?;
         let mut scene = load::load(path)?;
+        scene.remarks.iter().for_each(|r| run.notes.add(r.clone()));
         if [self.width, self.height].iter().flatten().any(|n| !(1..=1_000_000).contains(n)) || self.samples == 0 {
             return usage!("--width, --height and --samples must be at least 1, sizes at most 1000000");
         }

@@ -196,10 +196,10 @@ fn label(text: &str) -> Result<Label> {
     let mut keywords: Vec<(String, String)> = Vec::new();
     for (n, line) in text.lines().enumerate() {
         let line = line.trim();
-        if let Some(tilt) = line.strip_prefix("TILT=") {
+        if let Some((_, tilt)) = line.split_once('=').filter(|p| p.0.trim().eq_ignore_ascii_case("TILT")) {
             return match tilt.trim() {
-                "NONE" => Ok((edition, keywords, n, false)),
-                "INCLUDE" => Ok((edition, keywords, n, true)),
+                none if none.eq_ignore_ascii_case("NONE") => Ok((edition, keywords, n, false)),
+                here if here.eq_ignore_ascii_case("INCLUDE") => Ok((edition, keywords, n, true)),
                 file => Err(Error::Unsupported(format!(
                     "line {}: tilt factors in another file, '{}': put them into this one after TILT=INCLUDE",
                     n + 1,

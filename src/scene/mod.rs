@@ -48,6 +48,8 @@ pub struct Scene {
     pub tree: LightTree,
     /// Where the geometry's numbers come from.
     pub frame: Frame,
+    /// What was noticed while the scene was read, a line each.
+    pub remarks: Vec<String>,
     /// Metres in one of the scene file's lengths.
     pub unit_m: f64,
     /// Most bounces that the scene file asks for.

@@ -59,7 +59,7 @@ impl CieSky {
     /// let overcast = CieSky::new(1, direction(60.0, 0.0)).unwrap();
     /// assert!((overcast.relative(direction(90.0, 0.0)) - 1.0).abs() < 1e-12);
     /// // at the horizon: 1 / (1 + 4 exp(-0.7))
-    /// assert!((overcast.relative(direction(1e-9, 0.0)) - 0.334849).abs() < 1e-6);
+    /// assert!((overcast.relative(direction(1e-9, 0.0)) - 0.334858).abs() < 1e-6);
     /// ```
     pub fn relative(&self, direction: [f64; 3]) -> f64 {
         if direction[2] < 0.0 {

@@ -7,6 +7,9 @@
 //! CIE 1931 observer exactly: the paper's M1 = c1 / c0 and M2 = c2 / c0 solved for instead of taken from the CIE's rounded
 //! formulas.
 //!
+//! With the sun 20 degrees up or more and T up to 6 that sum is positive over the visible; lower suns have yellows near the
+//! horizon that no mixture of the components makes without negative light, which [`ClearSky::spectrum`] cuts off.
+//!
 //! What it is good for: T from 2 (clear) over 3 (a common fair day) to 6 (haze), the sun well above the horizon. The range
 //! of atmospheres it represents well is smaller than that of its parameters [Zotti 2007], and sunsets and high turbidity are
 //! its known weak points [Hosek 2012]. Turbidities beyond 2 to 10 are refused, for there the formulas soon turn negative (the
@@ -39,6 +42,7 @@ pub struct ClearSky {
     /// XYZ in cd/m2 to the coefficients.
     to_basis: Mat3,
     basis: [Spectrum; 3],
+    photopic: Spectrum,
 }
 
 impl ClearSky {
@@ -69,7 +73,8 @@ impl ClearSky {
         let to_xyz = Mat3(std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row])));
         let to_basis =
             to_xyz.inverse().ok_or_else(|| Error::Invalid("the daylight components have no inverse".into()))?;
-        Ok(ClearSky { sun, perez, scale, to_basis, basis })
+        let [_, photopic, _] = observer.cmf;
+        Ok(ClearSky { sun, perez, scale, to_basis, basis, photopic })
     }
 
     /// Luminance in cd/m2 and chromaticity in a direction (a unit vector); `None` below the horizon.
@@ -88,7 +93,8 @@ impl ClearSky {
         self.luminance_xy(direction).map_or([0.0; 3], |(luminance, xy)| xy.xyz().map(|v| v * luminance))
     }
 
-    /// The spectral radiance in a direction as multiples of [`ClearSky::basis`], W/sr/m2/nm; zeros below the horizon.
+    /// The spectral radiance in a direction as multiples of [`ClearSky::basis`], W/sr/m2/nm; zeros below the horizon. The sum
+    /// may be negative at some wavelengths: [`ClearSky::spectrum`] is not.
     ///
     /// ```
     /// use luxpipe::sky::{ClearSky, direction};
@@ -102,6 +108,18 @@ impl ClearSky {
     /// ```
     pub fn coefficients(&self, direction: [f64; 3]) -> [f64; 3] {
         self.to_basis.apply(self.xyz(direction))
+    }
+
+    /// Spectral radiance in a direction, W/sr/m2/nm from 300 to 830 nm: as the coefficients say where that is positive, 0
+    /// elsewhere, and scaled to the luminance again. Where the sun stands low, yellows beyond daylight's need it.
+    pub fn spectrum(&self, direction: [f64; 3]) -> Result<Spectrum> {
+        let c = self.coefficients(direction);
+        let luminance = self.xyz(direction)[1];
+        let Spectrum::Table(grid) = &self.basis[0] else { return invalid!("daylight_S0 is not a table") };
+        let value = |nm: f64| (0..3).map(|i| c[i] * self.basis[i].at(nm)).sum::<f64>().max(0.0);
+        let kept = Spectrum::from_points(grid.iter().map(|(nm, _)| (*nm, value(*nm))).collect())?;
+        let got = K_M * self.photopic.product_integral(&kept, 0.0, f64::INFINITY);
+        Ok(if got > 0.0 { kept.scaled(luminance / got) } else { kept })
     }
 
     /// The CIE daylight components S0, S1, S2, 300 to 830 nm.
@@ -203,6 +221,27 @@ mod tests {
                 assert!(off < 5e-4, "{xy}: {off}");
             }
         }
+    }
+
+    /// Spectra are not negative and keep the luminance; with the sun 20 degrees up or more, and a turbidity of 6 or less, they
+    /// keep the colour too, for the components need no cutting in the visible.
+    #[test]
+    fn spectra_are_not_negative() {
+        let observer = Observer::cie1931().unwrap();
+        let high = [2.0, 3.0, 4.0, 5.0, 6.0].into_iter().flat_map(|t| [20.0, 25.0, 40.0, 75.0].map(|e| (e, t)));
+        let high = high.map(|(e, t)| (e, t, ClearSky::new(direction(e, 0.0), t).unwrap()));
+        for (elevation, turbidity, sky) in skies().chain(high) {
+            for d in directions().step_by(19) {
+                let s = sky.spectrum(d).unwrap();
+                let (luminance, xy) = sky.luminance_xy(d).unwrap();
+                let xyz = observer.integrate(&s).map(|v| K_M * v);
+                assert!(s.range().0 >= 0.0 && (xyz[1] / luminance - 1.0).abs() < 1e-11);
+                let off = Xy::of(xyz).unwrap().distance(xy);
+                let exact = elevation >= 20.0 && turbidity <= 6.0;
+                assert!(!exact || off < 1e-11, "{elevation} {turbidity} {d:?}: {off}");
+            }
+        }
+        assert_eq!(skies().next().unwrap().2.spectrum([0.0, 0.6, -0.8]).unwrap().range(), (0.0, 0.0));
     }
 
     #[test]

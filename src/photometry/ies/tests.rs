@@ -130,6 +130,7 @@ fn flux_of_halves_is_that_of_the_whole() {
 fn damaged_files_are_refused_with_their_line() {
     let good = small("[TEST] x\n", "1", "2", "100 50 0");
     assert!(Photometry::parse(good.as_bytes()).is_ok());
+    assert!(Photometry::parse(good.replace("TILT=NONE", " Tilt = none\r").as_bytes()).is_ok());
     for (from, to, want) in [
         ("TILT=NONE", "TILT=lamp.tlt", "line 2: tilt factors in another file, 'lamp.tlt'"),
         ("TILT=NONE", "TILD=NONE", "no line TILT="),

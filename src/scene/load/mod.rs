@@ -78,6 +78,7 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     let (lights, lamps) = lights::settle(lights, &shapes.emitters, shapes.placed_emitters(&frame), &frame)?;
     let tree = LightTree::new(&lamps, &lights::power(&lights, &lamps, &frame)?);
     let rough = shapes.is_smooth(&groups);
+    let remarks = std::mem::take(&mut shapes.remarks);
     Ok(Scene {
         camera: camera.map(|c| c.within(frame)),
         clear: materials.iter().any(|m| m.1.is_clear()),
@@ -91,6 +92,7 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
         tree,
         frame,
         unit_m: metres,
+        remarks,
         max_bounces: max_bounces.map(|b| b as u32),
     })
 }

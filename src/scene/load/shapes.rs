@@ -10,7 +10,7 @@ use crate::keys::Keys;
 use crate::scene::geometry::{Attributes, Geometry, Group, Parts, Placement, Surface};
 use crate::scene::light::area::{Emitter, Shape};
 use crate::scene::load::{Names, look_up, point};
-use crate::scene::mesh::{self, Degenerate, Mesh};
+use crate::scene::mesh::{self, Mesh};
 use crate::scene::transform::Transform;
 use crate::scene::{Frame, load::solid};
 
@@ -21,6 +21,8 @@ use solid::Solid;
 pub(super) struct Shapes {
     pub(super) solids: Vec<Solid>,
     pub(super) emitters: Vec<Emitter>,
+    /// Worth a word on standard error.
+    pub(super) remarks: Vec<String>,
 }
 
 /// Shapes that are placed together, many times.
@@ -151,24 +153,9 @@ fn read_instance(
 }
 
 fn read_mesh(k: &mut Keys, metres: f64, folder: &Path, names: &Names, add: &mut Adder) -> Result<()> {
-    let (file, span) = k.get_spanned::<String>("file")?.ok_or_else(|| k.wrong("key 'file' is missing"))?;
-    let place = Transform::read(k)?;
-    let unit = Transform::new(scaling(metres)).and_then(|unit| place.then(&unit));
-    let place = unit.ok_or_else(|| k.wrong("the transform leaves nothing"))?;
-    let policy = k.get::<Degenerate>("degenerate")?.unwrap_or_default();
-    let smooth = k.number("smooth_deg", "must lie in 0 to 180", |x| (0.0..=180.0).contains(&x))?;
     let of = k.get_spanned::<BTreeMap<String, String>>("materials")?;
-    let wrong = |e: crate::Error| k.wrong_key("file", span.clone(), &e.to_string());
-    let mut mesh = mesh::load(&folder.join(&file)).map_err(wrong)?;
-    mesh.check(policy).map_err(wrong)?;
-    mesh.turn_normals();
-    if let Some(crease) = smooth {
-        mesh.smooth(crease);
-    }
-    mesh.transform(&place);
-    if mesh.triangles.is_empty() {
-        return Err(k.wrong_key("file", span, "no face has an area"));
-    }
+    let mesh::shape::Placed { mesh, remarks } = mesh::shape::read(k, folder, metres)?;
+    add.shapes.remarks.extend(remarks);
     let mut materials = vec![add.material; mesh.groups.len()];
     if let Some((of, span)) = of {
         for (group, name) in &of {
