@@ -21,6 +21,7 @@ pub mod gltf;
 pub mod obj;
 pub mod ply;
 mod polygon;
+pub mod shape;
 mod smooth;
 
 use std::ops::Range;
