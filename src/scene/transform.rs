@@ -73,8 +73,8 @@ impl Transform {
                 Scale::One(x) => DVec3::splat(x),
                 Scale::Three(xyz) => DVec3::from(xyz),
             };
-            if s.to_array().iter().any(|x| *x == 0.0 || !(x.abs() < 1e9)) {
-                return Err(k.wrong_key("scale", span, "must not be 0 in any direction"));
+            if s.to_array().iter().any(|x| *x == 0.0 || x.is_nan() || x.abs() >= 1e9) {
+                return Err(k.wrong_key("scale", span, "must not be 0 in any direction, and under 1e9"));
             }
             affine = DAffine3::from_scale(s);
         }

@@ -21,6 +21,7 @@ pub mod gltf;
 pub mod obj;
 pub mod ply;
 mod polygon;
+pub mod shape;
 mod smooth;
 
 use std::ops::Range;
@@ -270,5 +271,98 @@ mod tests {
     fn suffixes_decide() {
         assert!(load(Path::new("a.stl")).unwrap_err().to_string().contains(".obj, .ply, .gltf and .glb"));
         assert!(load(Path::new("/nowhere/a.glb")).unwrap_err().to_string().contains("cannot read '/nowhere/a.glb'"));
+    }
+
+    /// All that the fields promise.
+    fn sound(mesh: &Mesh) {
+        let n = mesh.positions.len();
+        assert!(mesh.positions.iter().flatten().all(|x| x.is_finite()) && mesh.origin.is_finite());
+        assert!(mesh.triangles.iter().flatten().all(|c| (*c as usize) < n));
+        assert!(mesh.normals.iter().flatten().all(|x| {
+            let length = Vec3::from(*x).length();
+            length == 0.0 || (length - 1.0).abs() < 1e-5
+        }));
+        assert!(mesh.uvs.iter().flatten().flatten().all(|x| x.is_finite()));
+        assert!(mesh.colours.iter().flatten().flatten().all(|x| (0.0..=1.0).contains(x)));
+        for along in
+            [mesh.normals.as_ref().map(Vec::len), mesh.uvs.as_ref().map(Vec::len), mesh.colours.as_ref().map(Vec::len)]
+        {
+            assert!(along.is_none_or(|len| len == n));
+        }
+        let mut next = 0;
+        for g in &mesh.groups {
+            assert!(g.triangles.start == next && g.triangles.end > next);
+            next = g.triangles.end;
+        }
+        assert_eq!((next, mesh.places.of.len()), (mesh.triangles.len(), mesh.triangles.len()));
+    }
+
+    /// Bytes changed, cut out and repeated at random: an error in one line, or a mesh that keeps every promise, through all
+    /// that is done to meshes.
+    #[test]
+    fn damage_is_refused_or_harmless() {
+        let data = |name: &str| {
+            std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/mesh").join(name)).unwrap()
+        };
+        let obj = b"v 0 0 0 1 .5 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 1\nvt 1 1\nvn 0 0 1\n\
+            usemtl a\nf 1/1/1 2/2/1 3//1 4\nusemtl b\nf 1 -3 -2\n";
+        let head = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+            property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 2\nproperty list uchar uchar vertex_indices\nend_header\n";
+        let ascii = format!("ply\nformat ascii 1.0\n{head}0 0 0 1 2 3\n1 0 0 4 5 6\n0 1 0 7 8 9\n3 0 1 2\n3 2 1 0\n")
+            .into_bytes();
+        let mut binary = format!("ply\nformat binary_little_endian 1.0\n{head}").into_bytes();
+        for p in [[0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] {
+            p.iter().for_each(|x| binary.extend(x.to_le_bytes()));
+            binary.extend([9, 8, 7]);
+        }
+        binary.extend([3, 0, 1, 2, 3, 2, 1, 0]);
+        type Parse = fn(&[u8]) -> Result<Mesh>;
+        let gltf: Parse = |b| gltf::parse_beside(b, Path::new("/nowhere"));
+        let files: [(Vec<u8>, Parse); 6] = [
+            (obj.to_vec(), obj::parse),
+            (ascii, ply::parse),
+            (binary, ply::parse),
+            (data("modes.glb"), gltf),
+            (data("cube.glb"), gltf),
+            (data("cube_base64.gltf"), gltf),
+        ];
+        let mut state = 1u64;
+        let mut random = |below: usize| {
+            // Knuth's MMIX generator.
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 33) as usize) % below.max(1)
+        };
+        for (whole, parse) in files {
+            sound(&parse(&whole).unwrap());
+            let mut passed = 0;
+            for _ in 0..4000 {
+                let mut bad = whole.clone();
+                for _ in 0..=random(3) {
+                    let at = random(bad.len());
+                    let span = at..(at + random(9)).min(bad.len());
+                    match random(4) {
+                        0 => drop(bad.drain(span)),
+                        1 => bad.extend_from_within(span),
+                        2 => bad[at] = b"0123456789-.e/[]{},\"\xff\x00"[random(22)],
+                        _ => bad[at] = random(256) as u8,
+                    }
+                }
+                match parse(&bad) {
+                    Err(e) => assert_eq!(e.to_string().lines().count(), 1, "{e}"),
+                    Ok(mut mesh) => {
+                        passed += 1;
+                        sound(&mesh);
+                        if mesh.check(Degenerate::Skip).is_ok() {
+                            sound(&mesh);
+                            assert_eq!(mesh.check(Degenerate::Refuse).unwrap(), 0);
+                            mesh.turn_normals();
+                            mesh.smooth(30.0);
+                            sound(&mesh);
+                        }
+                    }
+                }
+            }
+            assert!(passed > 20, "{passed} of 4000 passed: damage too great to tell");
+        }
     }
 }
