@@ -55,6 +55,9 @@ pub struct Spectrace {
     /// Paths a pixel; powers of two share the pixel best. With --error the most
     #[arg(long, value_name = "N", default_value_t = 64, help_heading = "Effort")]
     pub samples: u32,
+    /// Paths that go on from the first surface of each
+    #[arg(long, value_name = "N", default_value_t = 4, help_heading = "Effort")]
+    pub split: u32,
     /// As many paths as each pixel needs for this relative standard error of Y
     #[arg(long, value_name = "E", conflicts_with = "time", help_heading = "Effort")]
     pub error: Option<f64>,
@@ -121,7 +124,7 @@ impl Spectrace {
             Quantity::Spectrum => What::Spectrum,
             Quantity::Xyz => What::Xyz,
         };
-        Ok(Measured { sampling, range_nm: (from, to), what, seed: self.seed, max_bounces: most })
+        Ok(Measured { sampling, range_nm: (from, to), what, seed: self.seed, max_bounces: most, split: self.split })
     }
 
     fn effort(&self) -> Result<Work> {
@@ -219,8 +222,13 @@ impl Filter for Spectrace {
         let path = self.scene.as_ref().ok_or_else(|| Error::Usage("expected a scene file".into()))?;
         let mut scene = load::load(path)?;
         scene.remarks.iter().for_each(|r| run.notes.add(r.clone()));
-        if [self.width, self.height].iter().flatten().any(|n| !(1..=1_000_000).contains(n)) || self.samples == 0 {
-            return usage!("--width, --height and --samples must be at least 1, sizes at most 1000000");
+        if [self.width, self.height].iter().flatten().any(|n| !(1..=1_000_000).contains(n))
+            || self.samples == 0
+            || !(1..=64).contains(&self.split)
+        {
+            return usage!(
+                "--width, --height and --samples must be at least 1, sizes at most 1000000, --split 1 to 64"
+            );
         }
         if self.rays || self.irradiance {
             return self.lines(scene, run);

@@ -41,6 +41,8 @@ pub struct Quantity {
     pub seed: u32,
     /// Most bounces; light that comes straight from a lamp has none.
     pub max_bounces: u32,
+    /// Paths that go on from the first surface of each, from 1.
+    pub split: u32,
 }
 
 /// What the numbers of a probe are.
@@ -158,18 +160,18 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
     }
     let lights: Vec<&Spectrum> = scene.lights.iter().map(|l| &l.radiance).collect();
     let observer = Observer::cie1931()?;
-    let Quantity { sampling, range_nm, seed, max_bounces, .. } = quantity.clone();
+    let Quantity { sampling, range_nm, seed, max_bounces, split, .. } = quantity.clone();
     let inks = Inks::<G>::new(&scene.inks, &scene.srgb, &sampling);
     let endless = AtomicU64::new(0);
     let cmf = observer.cmf.each_ref().map(|c| c.scaled(K_M));
     Ok(match quantity.what {
         What::Spectrum => {
             let film = Bands::<G>::new(&lights, &sampling, &observer);
-            Arc::new(Estimator { scene, film, inks, seed, max_bounces, endless })
+            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split, endless })
         }
         What::Xyz => {
             let film = Responses::<G, 3>::new(&lights, &sampling, range_nm, &cmf);
-            Arc::new(Estimator { scene, film, inks, seed, max_bounces, endless })
+            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split, endless })
         }
         What::Lighting => {
             let opic = |n: &str| builtin::spectrum(&format!("alphaopic_{n}"));
@@ -177,7 +179,7 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
             let (s, m, l) = (opic("s_cone")?, opic("m_cone")?, opic("l_cone")?);
             let responses = [x, y, z, s, m, l, opic("rhodopic")?, opic("melanopic")?];
             let film = Responses::<G, 8>::new(&lights, &sampling, range_nm, &responses);
-            Arc::new(Estimator { scene, film, inks, seed, max_bounces, endless })
+            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split, endless })
         }
     })
 }
@@ -188,14 +190,16 @@ struct Estimator<const G: usize, F> {
     inks: Inks<G>,
     seed: u32,
     max_bounces: u32,
+    split: u32,
     endless: AtomicU64,
 }
 
 impl<const G: usize, F: Film<Diagonal<G>>> Estimator<G, F> {
     /// Adds one path.
     fn path(&self, probe: &Probe, index: u32, replicate: u32, sum: &mut F::Pixel) {
-        let Estimator { scene, film, inks, max_bounces, endless, .. } = self;
-        let tracer = Tracer::<Diagonal<G>, F> { scene, inks, film, max_bounces: *max_bounces, endless };
+        let Estimator { scene, film, inks, endless, .. } = self;
+        let (max_bounces, split) = (self.max_bounces, self.split);
+        let tracer = Tracer::<Diagonal<G>, F> { scene, inks, film, max_bounces, split, endless };
         let seed = self.seed ^ replicate.wrapping_mul(0x9e37_79b9);
         match *probe {
             Probe::Pixel { x, y } => {

@@ -16,8 +16,10 @@ use crate::render::sampler::Sampler;
 use crate::scene::light::{Aim, Lamp};
 use crate::scene::{Hit, Scene, ray};
 
-/// From this bounce on a path may end by lot.
-const ROULETTE_FROM: u32 = 3;
+/// From this bounce on a path may end by lot, with a chance to go on of this times what it carries: measured on the Cornell
+/// box and a mesh (docs/performance.md).
+const ROULETTE_FROM: u32 = 1;
+const ODDS: f32 = 1.5;
 /// A path that has not ended by now never will: in a closed room of white walls light has no end.
 pub const MOST_BOUNCES: u32 = 2048;
 
@@ -35,8 +37,22 @@ pub struct Tracer<'a, T: Throughput, F> {
     pub film: &'a F,
     /// Most bounces that are asked for.
     pub max_bounces: u32,
+    /// Paths that go on from the first surface that the eye sees, from 1: most of what makes a picture noisy comes after it.
+    pub split: u32,
     /// Paths that were ended at [`MOST_BOUNCES`].
     pub endless: &'a AtomicU64,
+}
+
+/// A path on its way.
+#[derive(Clone)]
+struct State<T> {
+    path: T,
+    origin: Vec3A,
+    direction: Vec3A,
+    way: Way,
+    bounce: u32,
+    /// What it would carry on white surfaces.
+    share: f32,
 }
 
 /// How a path came by its direction.
@@ -92,10 +108,26 @@ impl Meeting {
     }
 }
 
-impl<T: Throughput, F: Film<T>> Tracer<'_, T, F> {
+impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
     /// Follows one path from the eye and adds what it finds to `pixel`: radiance.
     pub fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, pixel: &mut F::Pixel) {
-        self.follow(T::identity(self.inks), origin, direction, Way::Straight, 0, sampler, pixel);
+        let path = T::identity(self.inks);
+        let mut state = State { path, origin, direction, way: Way::Straight, bounce: 0, share: 1.0 };
+        let Some((meeting, lobe)) = self.arrive(&mut state, sampler, pixel) else { return };
+        if self.split == 1 || lobe.kernel.is_specular() {
+            if self.go_on(&mut state, &meeting, &lobe, sampler) {
+                self.follow(state, sampler, pixel);
+            }
+            return;
+        }
+        state.share = 1.0 / self.split as f32;
+        state.path.scale(state.share);
+        for k in 0..self.split {
+            let (mut state, sampler) = (state.clone(), sampler.branch(k, self.split));
+            if self.go_on(&mut state, &meeting, &lobe, &sampler) {
+                self.follow(state, &sampler, pixel);
+            }
+        }
     }
 
     /// Follows one path from a point and adds what falls on it: irradiance over pi, as a white matt surface would show it.
@@ -107,83 +139,93 @@ impl<T: Throughput, F: Film<T>> Tracer<'_, T, F> {
         let path = T::identity(self.inks);
         self.look_at_light(&meeting, &lobe, &path, sampler.pair(0), pixel);
         if let Some(turn) = WHITE.sample(Vec3A::Z, sampler.pair(1)) {
-            let (from, normal) = meeting.start(false);
-            let way = Way::Lobe { pdf: turn.pdf, from, normal };
-            self.follow(path, from, meeting.world(turn.inc), way, 0, sampler, pixel);
+            let (origin, normal) = meeting.start(false);
+            let way = Way::Lobe { pdf: turn.pdf, from: origin, normal };
+            self.follow(
+                State { path, origin, direction: meeting.world(turn.inc), way, bounce: 0, share: 1.0 },
+                sampler,
+                pixel,
+            );
         }
     }
 
-    #[allow(clippy::too_many_arguments)]
-    fn follow(
-        &self,
-        mut path: T,
-        mut origin: Vec3A,
-        mut direction: Vec3A,
-        mut way: Way,
-        mut bounce: u32,
-        sampler: &Sampler,
-        pixel: &mut F::Pixel,
-    ) {
-        loop {
-            let Some(hit) = self.scene.geometry.closest(origin, direction) else {
-                return self.leave(direction, way, &path, pixel);
-            };
-            let front = hit.normal.dot(direction) < 0.0;
-            if let Some(lamp) = hit.surface.emitter.filter(|_| front) {
-                self.meet(lamp as usize, &hit, way, &path, pixel);
-            }
-            if bounce >= self.max_bounces {
+    fn follow(&self, mut state: State<T>, sampler: &Sampler, pixel: &mut F::Pixel) {
+        while let Some((meeting, lobe)) = self.arrive(&mut state, sampler, pixel) {
+            if !self.go_on(&mut state, &meeting, &lobe, sampler) {
                 return;
             }
-            if bounce >= MOST_BOUNCES {
-                self.endless.fetch_add(1, Ordering::Relaxed);
-                return;
-            }
-            let pair = FIRST_PAIR + PAIRS * bounce;
-            let (site, shading) = self.scene.site(&hit, front);
-            let meeting = Meeting::new(&hit, front, shading, direction);
-            let mut lobes = Lobes::default();
-            self.scene.materials[hit.surface.material as usize].lobes(&site, meeting.out, &mut lobes);
-            let by_lot = lobes.len() > 1 || bounce >= ROULETTE_FROM;
-            let lots = if by_lot { sampler.pair(pair) } else { [0.0; 2] };
-            let Some(lobe) = lobes.choose(lots[0]) else { return };
-            path.scale(lobe.factor);
-            if !lobe.tint.turns() {
-                path.tint(self.inks, &lobe.tint, 1.0);
-            }
-            if !lobe.kernel.is_specular() {
-                self.look_at_light(&meeting, &lobe, &path, sampler.pair(pair + 1), pixel);
-            }
-            let Some(turn) = lobe.kernel.sample(meeting.out, sampler.pair(pair + 2)) else { return };
-            if lobe.tint.turns() {
-                path.tint(self.inks, &lobe.tint, meeting.cos_half(turn.inc));
-            }
-            path.scale(turn.weight);
-            let largest = path.largest();
-            if largest <= 0.0 {
-                return;
-            }
-            if bounce >= ROULETTE_FROM && largest < 1.0 {
-                if lots[1] >= largest {
-                    return;
-                }
-                path.scale(1.0 / largest);
-            }
-            direction = meeting.world(turn.inc).normalize();
-            let transmits = lobe.kernel.transmits();
-            let (from, normal) = meeting.start(transmits);
-            // A shading normal may send light through a surface that lets none pass.
-            if direction.dot(normal) <= 0.0 {
-                return;
-            }
-            origin = from;
-            if turn.pdf.is_finite() {
-                way = Way::Lobe { pdf: turn.pdf, from, normal };
-            } else if !lobe.kernel.is_straight() {
-                way = Way::Straight;
-            }
-            bounce += 1;
         }
+    }
+
+    /// Goes to the next surface, takes its light, chooses a lobe by lot and asks the lamps through it; `None` where the path
+    /// ends there.
+    fn arrive(&self, state: &mut State<T>, sampler: &Sampler, pixel: &mut F::Pixel) -> Option<(Meeting, Lobe<'a>)> {
+        let Some(hit) = self.scene.geometry.closest(state.origin, state.direction) else {
+            self.leave(state.direction, state.way, &state.path, pixel);
+            return None;
+        };
+        let front = hit.normal.dot(state.direction) < 0.0;
+        if let Some(lamp) = hit.surface.emitter.filter(|_| front) {
+            self.meet(lamp as usize, &hit, state.way, &state.path, pixel);
+        }
+        if state.bounce >= self.max_bounces {
+            return None;
+        }
+        if state.bounce >= MOST_BOUNCES {
+            self.endless.fetch_add(1, Ordering::Relaxed);
+            return None;
+        }
+        let pair = FIRST_PAIR + PAIRS * state.bounce;
+        let (site, shading) = self.scene.site(&hit, front);
+        let meeting = Meeting::new(&hit, front, shading, state.direction);
+        let mut lobes = Lobes::default();
+        let scene: &'a Scene = self.scene;
+        scene.materials[hit.surface.material as usize].lobes(&site, meeting.out, &mut lobes);
+        let lot = if lobes.len() > 1 { sampler.pair(pair)[0] } else { 0.0 };
+        let lobe = lobes.choose(lot)?;
+        state.path.scale(lobe.factor);
+        if !lobe.tint.turns() {
+            state.path.tint(self.inks, &lobe.tint, 1.0);
+        }
+        if !lobe.kernel.is_specular() {
+            self.look_at_light(&meeting, &lobe, &state.path, sampler.pair(pair + 1), pixel);
+        }
+        Some((meeting, lobe))
+    }
+
+    /// Leaves a surface along a lobe; false where the path ends by lot or has nowhere to go.
+    fn go_on(&self, state: &mut State<T>, meeting: &Meeting, lobe: &Lobe, sampler: &Sampler) -> bool {
+        let pair = FIRST_PAIR + PAIRS * state.bounce;
+        let Some(turn) = lobe.kernel.sample(meeting.out, sampler.pair(pair + 2)) else { return false };
+        if lobe.tint.turns() {
+            state.path.tint(self.inks, &lobe.tint, meeting.cos_half(turn.inc));
+        }
+        state.path.scale(turn.weight);
+        let carried = state.path.largest();
+        if carried <= 0.0 {
+            return false;
+        }
+        let odds = ODDS * carried / state.share;
+        if state.bounce >= ROULETTE_FROM && odds < 1.0 {
+            if sampler.pair(pair)[1] >= odds {
+                return false;
+            }
+            state.path.scale(1.0 / odds);
+        }
+        state.direction = meeting.world(turn.inc).normalize();
+        let (from, normal) = meeting.start(lobe.kernel.transmits());
+        // A shading normal may send light through a surface that lets none pass.
+        if state.direction.dot(normal) <= 0.0 {
+            return false;
+        }
+        state.origin = from;
+        if turn.pdf.is_finite() {
+            state.way = Way::Lobe { pdf: turn.pdf, from, normal };
+        } else if !lobe.kernel.is_straight() {
+            state.way = Way::Straight;
+        }
+        state.bounce += 1;
+        true
     }
 
     /// A path ran into a lamp: weighed against the chance of having aimed at it.

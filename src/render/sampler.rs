@@ -15,6 +15,12 @@ impl Sampler {
         Sampler { seed: pixel, index }
     }
 
+    /// The points of path `k` of `count` into which this sample's path splits: one net over all samples and splits.
+    #[inline]
+    pub fn branch(&self, k: u32, count: u32) -> Sampler {
+        Sampler { seed: self.seed ^ 0x85eb_ca6b, index: self.index.wrapping_mul(count).wrapping_add(k) }
+    }
+
     /// Point number `pair` of the unit square: dimensions 2 pair and 2 pair + 1.
     #[inline]
     pub fn pair(&self, pair: u32) -> [f32; 2] {

@@ -19,6 +19,68 @@ pub struct Emitter {
     pub light: usize,
     /// Its form.
     pub shape: Shape,
+    /// A flat one in single precision.
+    flat: Option<Flat>,
+}
+
+/// A parallelogram or triangle seen from afar: a place of its area is as good as one of its solid angle, and far cheaper.
+#[derive(Clone, Copy, Debug)]
+struct Flat {
+    corner: Vec3A,
+    sides: [Vec3A; 2],
+    triangle: bool,
+    normal: Vec3A,
+    area: f32,
+    middle: Vec3A,
+    /// Squared distance of the middle from which on it is far.
+    far2: f32,
+}
+
+/// Far is where the area over the squared distance of the nearest place is below this.
+const FAR: f64 = 0.25;
+
+impl Flat {
+    fn new(shape: &Shape) -> Option<Flat> {
+        let (corner, u, v, triangle) = match shape {
+            Shape::Rectangle { corner, u, v } => (*corner, *u, *v, false),
+            Shape::Triangle([a, b, c]) => (*a, *b - *a, *c - *a, true),
+            _ => return None,
+        };
+        let cross = u.cross(v);
+        let area = cross.length() * if triangle { 0.5 } else { 1.0 };
+        let middle = corner + (u + v) * if triangle { 1.0 / 3.0 } else { 0.5 };
+        let reach = [corner, corner + u, corner + v].iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        let far = (area / FAR).sqrt() + reach;
+        Some(Flat {
+            corner: corner.as_vec3a(),
+            sides: [u.as_vec3a(), v.as_vec3a()],
+            triangle,
+            normal: cross.normalize().as_vec3a(),
+            area: area as f32,
+            middle: middle.as_vec3a(),
+            far2: (far * far) as f32,
+        })
+    }
+
+    #[inline]
+    fn is_far(&self, from: Vec3A) -> bool {
+        (self.middle - from).length_squared() > self.far2
+    }
+
+    fn place(&self, from: Vec3A, [s, t]: [f32; 2]) -> Option<Place> {
+        let (a, b) = if self.triangle {
+            let root = s.sqrt();
+            (root * (1.0 - t), root * t)
+        } else {
+            (s, t)
+        };
+        let point = self.corner + self.sides[0] * a + self.sides[1] * b;
+        let to = point - from;
+        let squared = to.length_squared();
+        let direction = to / squared.sqrt();
+        let cos = -direction.dot(self.normal);
+        (cos > 0.0).then(|| Place { point, normal: self.normal, direction, pdf: squared / (cos * self.area) })
+    }
 }
 
 /// Forms that can be aimed at.
@@ -80,6 +142,12 @@ struct Place {
 }
 
 impl Emitter {
+    /// A surface with its light.
+    pub fn new(light: usize, shape: Shape) -> Emitter {
+        let flat = Flat::new(&shape);
+        Emitter { light, shape, flat }
+    }
+
     /// Area in m2.
     pub fn area_m2(&self) -> f64 {
         match &self.shape {
@@ -126,6 +194,9 @@ impl Emitter {
 
     /// Chooses a place as seen from `from`; `None` where the front cannot be seen.
     fn place(&self, from: Vec3A, sample: [f32; 2]) -> Option<Place> {
+        if let Some(flat) = self.flat.as_ref().filter(|f| f.is_far(from)) {
+            return flat.place(from, sample);
+        }
         let from = from.as_dvec3();
         let s = sample.map(f64::from);
         let (point, normal, pdf) = match &self.shape {
@@ -185,6 +256,11 @@ impl Emitter {
 
     /// Density, 1/sr, with which [`Emitter::aim`] chooses the direction from `from` to `point` on this emitter.
     pub fn pdf(&self, from: Vec3A, point: Vec3A, normal: Vec3A) -> f32 {
+        if let Some(flat) = self.flat.as_ref().filter(|f| f.is_far(from)) {
+            let to = point - from;
+            let squared = to.length_squared();
+            return squared * squared.sqrt() / (to.dot(flat.normal).abs() * flat.area);
+        }
         let from = from.as_dvec3();
         let by_area = || area_pdf(from, point.as_dvec3(), normal.as_dvec3(), self.area_m2());
         let by_angle = |angle: f64| if angle > SMALL { 1.0 / angle } else { by_area() };
@@ -369,7 +445,7 @@ mod tests {
         let disk = Shape::Disk { center: DVec3::new(0.1, 0.2, 0.0), normal: DVec3::Z, radius: 1.3 };
         let (base, axis) = (DVec3::new(0.2, 0.1, -2.0), DVec3::new(0.3, 0.0, 1.5));
         let tube = Shape::Cylinder { base, axis, radius: 0.4, inward: false };
-        [quad, triangle, ball, room, disk, tube].into_iter().map(|shape| Emitter { light: 0, shape }).collect()
+        [quad, triangle, ball, room, disk, tube].into_iter().map(|shape| Emitter::new(0, shape)).collect()
     }
 
     /// Irradiance from unit radiance by aiming equals the integral over a fine grid of the area.

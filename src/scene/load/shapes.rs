@@ -186,7 +186,7 @@ struct Adder<'a> {
 impl Adder<'_> {
     fn solid(&mut self, shape: Shape) {
         let emitter = self.light.map(|light| {
-            self.shapes.emitters.push(Emitter { light, shape: shape.clone() });
+            self.shapes.emitters.push(Emitter::new(light, shape.clone()));
             self.shapes.emitters.len() as u32 - 1
         });
         self.shapes.solids.push(Solid::One { shape, surface: Surface { material: self.material, emitter } });
@@ -196,7 +196,7 @@ impl Adder<'_> {
         let first = self.light.map(|light| {
             let first = self.shapes.emitters.len() as u32;
             let shape = |t: &[u32; 3]| Shape::Triangle(t.map(|c| mesh.place(c)));
-            self.shapes.emitters.extend(mesh.triangles.iter().map(|t| Emitter { light, shape: shape(t) }));
+            self.shapes.emitters.extend(mesh.triangles.iter().map(|t| Emitter::new(light, shape(t))));
             first
         });
         self.shapes.solids.push(Solid::Mesh { mesh: Box::new(mesh), materials, emitter: first });
@@ -265,7 +265,7 @@ impl Shapes {
 
     /// Emitters in the geometry's numbers.
     pub(super) fn placed_emitters(&self, frame: &Frame) -> Vec<Emitter> {
-        self.emitters.iter().map(|e| Emitter { light: e.light, shape: solid::placed(&e.shape, frame) }).collect()
+        self.emitters.iter().map(|e| Emitter::new(e.light, solid::placed(&e.shape, frame))).collect()
     }
 
     /// Some mesh has normals of its own.
