@@ -32,13 +32,17 @@ impl Albedo {
         Albedo::from_table((0..NODES).map(node).collect())
     }
 
-    /// From values at cosines (i / (n - 1))^2, an odd number of them.
+    /// From values at cosines (i / (n - 1))^2, linear in the root between them.
     fn from_table(table: Vec<f32>) -> Albedo {
-        // Mean 2 x integral of E c over c = 4 x integral of E r^3 over r = sqrt c, by Simpson.
-        let last = table.len() - 1;
-        let term = |i: usize| f64::from(table[i]) * (i as f64 / last as f64).powi(3);
-        let inner: f64 = (1..last).map(|i| term(i) * if i % 2 == 1 { 4.0 } else { 2.0 }).sum();
-        let mean = 4.0 * (term(0) + inner + term(last)) / (3.0 * last as f64);
+        // Mean 2 x integral of E c over c = 4 x integral of E r^3 over r = sqrt c, of the very lines that `at` gives: of a
+        // nearly smooth surface all that is lost is lost at grazing angles, and must come back in full.
+        let step = 1.0 / (table.len() - 1) as f64;
+        let cell = |(i, pair): (usize, &[f32])| {
+            let (r0, r1) = (i as f64 * step, (i + 1) as f64 * step);
+            let (e0, slope) = (f64::from(pair[0]), f64::from(pair[1] - pair[0]) / step);
+            (e0 - slope * r0) * (r1.powi(4) - r0.powi(4)) + slope * 0.8 * (r1.powi(5) - r0.powi(5))
+        };
+        let mean: f64 = table.windows(2).enumerate().map(cell).sum();
         Albedo { table, mean: mean as f32 }
     }
 

@@ -6,7 +6,7 @@ use crate::material::{Ink, Lobes, Material, Site};
 use crate::spectral::Spectrum;
 
 /// Directions that a rough lobe is averaged over, a Hammersley set.
-const POINTS: u32 = 4096;
+const POINTS: u32 = 16384;
 
 /// A material with the spectra that it refers to.
 #[derive(Clone, Copy)]
