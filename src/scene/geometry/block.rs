@@ -86,14 +86,22 @@ fn area(a: [f32; 2], b: [f32; 2]) -> f32 {
 fn spanned(corner: Vec3A, u: Vec3A, v: Vec3A, at: [f32; 2], ray: &Ray) -> (Vec3A, Vec3A, [f32; 2]) {
     let at = if at[0].is_finite() && at[1].is_finite() { at } else { [0.0, 0.0] };
     let across = u.cross(v);
-    // Squared lengths of small surfaces would underflow.
+    let squared = across.length_squared();
+    let normal = if squared > 1e-30 && squared < 1e30 { across * (1.0 / squared.sqrt()) } else { unit(across, ray) };
+    (corner + u * at[0] + v * at[1], normal, at)
+}
+
+/// For surfaces so small or large that squares leave the range of floats.
+#[cold]
+fn unit(across: Vec3A, ray: &Ray) -> Vec3A {
     let normal = across / across.abs().max_element();
     let normal = if normal.is_finite() { normal } else { -ray.direction / ray.direction.abs().max_element() };
-    (corner + u * at[0] + v * at[1], normal.normalize(), at)
+    normal.normalize()
 }
 
 impl Triangles {
     /// Point, unit normal and weights of the second and third corner where a ray crosses a lane's triangle.
+    #[inline]
     pub fn locate(&self, lane: usize, ray: &Ray) -> (Vec3A, Vec3A, [f32; 2]) {
         let corners = self.get(lane);
         let [a, b, c] = corners.map(|p| across(p, ray));
@@ -110,6 +118,7 @@ impl Quads {
     }
 
     /// Point, unit normal and fractions of u and v where a ray crosses a lane's parallelogram.
+    #[inline]
     pub fn locate(&self, lane: usize, ray: &Ray) -> (Vec3A, Vec3A, [f32; 2]) {
         let corners = self.get(lane);
         let [a, b, c, d] = corners.map(|p| across(p, ray));

@@ -115,7 +115,9 @@ pub struct Shading {
     pub colour: Option<[f32; 3]>,
 }
 
-/// Entries of a traversal's stack: those that most trees need, and those that any tree needs.
+/// Entries of a traversal's stack, which has to be cleared for every ray: those that a box of few surfaces needs, those that
+/// most trees need, and those that any tree needs.
+const FLAT: usize = 16;
 const SHALLOW: usize = 64;
 const DEEP: usize = tree::DEEPEST;
 
@@ -207,7 +209,12 @@ impl Geometry {
 
     fn nearest<S: Eight>(&self, s: S, tree: &Tree, ray: &Ray, found: &mut Found) {
         let deeper = |p: u32, found: &mut Found| self.nearest_placed(s, p, ray, found);
-        if tree.stacked <= SHALLOW {
+        if tree.stacked <= FLAT {
+            s.run(
+                #[inline(always)]
+                || traverse::closest::<S, FLAT>(s, tree, ray, found, deeper),
+            );
+        } else if tree.stacked <= SHALLOW {
             s.run(
                 #[inline(always)]
                 || traverse::closest::<S, SHALLOW>(s, tree, ray, found, deeper),
@@ -246,7 +253,12 @@ impl Geometry {
 
     fn meets<S: Eight>(&self, s: S, tree: &Tree, ray: &Ray, limit: f32) -> bool {
         let deeper = |p: u32| self.meets_placed(s, p, ray, limit);
-        if tree.stacked <= SHALLOW {
+        if tree.stacked <= FLAT {
+            s.run(
+                #[inline(always)]
+                || traverse::any::<S, FLAT>(s, tree, ray, limit, deeper),
+            )
+        } else if tree.stacked <= SHALLOW {
             s.run(
                 #[inline(always)]
                 || traverse::any::<S, SHALLOW>(s, tree, ray, limit, deeper),

@@ -23,7 +23,8 @@ pub struct Ray {
     pub shear: [f32; 3],
 }
 
-/// Below this a direction's component counts as zero in the box test: its reciprocal times any distance is still finite.
+/// A direction's component below this counts as zero in the box test: its reciprocal times any distance is still finite. A
+/// direction of no larger component is none.
 const TINY: f32 = 1e-18;
 
 impl Ray {
@@ -31,42 +32,35 @@ impl Ray {
     #[inline(always)]
     pub fn new(origin: Vec3A, direction: Vec3A, low: Vec3A, high: Vec3A) -> Option<Ray> {
         let size = direction.abs();
-        let z = if size.x > size.y && size.x > size.z {
-            0
+        let axes = if size.x > size.y && size.x > size.z {
+            [1, 2, 0]
         } else if size.y > size.z {
-            1
+            [2, 0, 1]
         } else {
-            2
+            [0, 1, 2]
         };
         let d = direction.to_array();
-        let scale = 1.0 / d[z];
-        if !(origin.is_finite() && direction.is_finite() && scale.is_finite() && scale != 0.0) {
+        let longest = d[axes[2]];
+        if !(origin.is_finite() && direction.is_finite() && longest.abs() >= TINY) {
             return None;
         }
-        let (x, y) = [(1, 2), (2, 0), (0, 1)][z];
         // Vertices relative to the origin are rounded by half a unit in the last place of the largest of them, the shear
         // and the slabs' distances add a few more: boxes grow by that, so that none is missed which holds a crossing
         // (Woop, Benthin and Wald 2013, section 3.3).
         let extent = (low - origin).abs().max((high - origin).abs()).max_element();
-        let slack = extent * (6.0 * f32::EPSILON);
-        let o = origin.to_array();
-        let mut ray = Ray {
+        let ahead = Vec3A::splat(extent * (6.0 * f32::EPSILON)).copysign(direction);
+        let tiny = Vec3A::splat(TINY);
+        let inverse = Vec3A::select(size.cmplt(tiny), tiny.copysign(direction), direction).recip().to_array();
+        let scale = inverse[axes[2]];
+        Some(Ray {
             origin,
             direction,
-            inverse: [0.0; 3],
-            near: [0.0; 3],
-            far: [0.0; 3],
-            sign: [0; 3],
-            axes: [x, y, z],
-            shear: [d[x] * scale, d[y] * scale, scale],
-        };
-        for k in 0..3 {
-            ray.inverse[k] = if d[k].abs() < TINY { (1.0 / TINY).copysign(d[k]) } else { 1.0 / d[k] };
-            let ahead = slack.copysign(d[k]);
-            ray.near[k] = o[k] + ahead;
-            ray.far[k] = o[k] - ahead;
-            ray.sign[k] = usize::from(d[k].is_sign_negative());
-        }
-        Some(ray)
+            inverse,
+            near: (origin + ahead).to_array(),
+            far: (origin - ahead).to_array(),
+            sign: [0, 1, 2].map(|k| usize::from(d[k].is_sign_negative())),
+            axes,
+            shear: [d[axes[0]] * scale, d[axes[1]] * scale, scale],
+        })
     }
 }
