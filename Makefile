@@ -9,7 +9,7 @@ FUZZ_TARGETS := $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
 FUZZ_SECONDS ?= 60
 FUZZ_LIMITS := -rss_limit_mb=512 -timeout=10 -max_len=65536
 
-.PHONY: all demo test lint fuzz bench man paper-colour paper-encodings paper-tone intents install clean
+.PHONY: all demo test lint fuzz bench bench-render mesh man paper-colour paper-encodings paper-tone intents install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -43,6 +43,14 @@ fuzz:
 # Ratios to `cat`, and of encodings and tone maps to Radiance and libtiff, in the same run: see benches/.
 bench:
 	$(CARGO) bench --locked --bench streams --bench encodings --bench tone
+
+# spectrace beside the Mitsuba of MITSUBA_PYTHON (docs/bench-render.md); PART=cornell, mesh, bands or cost for one part.
+bench-render:
+	$(CARGO) bench --locked --bench render -- $(PART)
+
+# The meshes of scenes/mesh.toml, 211,722 triangles from formulas, into out/mesh.
+mesh:
+	@$(CARGO) run --locked --quiet --release --example mesh
 
 # The paper's colour figures beside ours, as Markdown.
 paper-colour:
