@@ -9,7 +9,7 @@ FUZZ_TARGETS := $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
 FUZZ_SECONDS ?= 60
 FUZZ_LIMITS := -rss_limit_mb=512 -timeout=10 -max_len=65536
 
-.PHONY: all demo test lint fuzz bench bench-rays man paper-colour paper-encodings paper-tone intents install clean
+.PHONY: all demo test lint fuzz bench bench-rays bench-render mesh accuracy man paper-colour paper-encodings paper-tone intents install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -47,6 +47,18 @@ bench:
 # Rays a second; beside Embree's where EMBREE_RAYS names a program made of benches/embree_rays.cpp.
 bench-rays:
 	$(CARGO) bench --locked --bench rays
+
+# spectrace beside the Mitsuba of MITSUBA_PYTHON (docs/bench-render.md); PART=cornell, mesh, bands or cost for one part.
+bench-render:
+	$(CARGO) bench --locked --bench render -- $(PART)
+
+# The meshes of scenes/mesh.toml, 211,722 triangles from formulas, into out/mesh.
+mesh:
+	@$(CARGO) run --locked --quiet --release --example mesh
+
+# Every case of tests/ref/validation.toml to its tolerance, into docs/accuracy.md.
+accuracy:
+	$(CARGO) bench --locked --bench accuracy
 
 # The paper's colour figures beside ours, as Markdown.
 paper-colour:
