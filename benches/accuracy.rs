@@ -61,7 +61,8 @@ fn main() {
         let off = |r: &formulas::Row| (r.3 - r.2).abs() / r.4;
         let Some(worst) = of.iter().max_by(|a, b| off(a).total_cmp(&off(b))) else { continue };
         missed += of.iter().filter(|r| off(r) > 1.0).count();
-        let _ = writeln!(page, "| {id} | {} | {} | {:.8} | {:.8} | {:.0e} |", of.len(), worst.1, worst.2, worst.3, worst.4);
+        let _ =
+            writeln!(page, "| {id} | {} | {} | {:.8} | {:.8} | {:.0e} |", of.len(), worst.1, worst.2, worst.3, worst.4);
     }
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/accuracy.md");
     if let Err(e) = std::fs::write(&path, page) {
