@@ -20,11 +20,15 @@ pub struct Diffuse {
 }
 
 impl Material for Diffuse {
-    #[inline]
     fn lobes<'a>(&'a self, site: &Site, _: Vec3A, lobes: &mut Lobes<'a>) {
-        if site.front || self.two_sided {
-            lobes.push(Lobe { kernel: &UP, tint: Tint::Base(self.paint.at(site)), factor: 1.0, odds: 1.0 });
+        if let Some(lobe) = self.only(site) {
+            lobes.push(lobe);
         }
+    }
+
+    fn only(&self, site: &Site) -> Option<Lobe<'_>> {
+        let lit = site.front || self.two_sided;
+        lit.then(|| Lobe { kernel: &UP, tint: Tint::Base(self.paint.at(site)), factor: 1.0, odds: 1.0 })
     }
 
     fn looks_at_site(&self) -> bool {

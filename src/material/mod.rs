@@ -120,6 +120,11 @@ pub trait Material: Send + Sync {
     /// The lobes for light that leaves along `out` (see the module) at `site`.
     fn lobes<'a>(&'a self, site: &Site, out: Vec3A, lobes: &mut Lobes<'a>);
 
+    /// Its one lobe, where it never has another: faster than a list.
+    fn only(&self, _site: &Site) -> Option<Lobe<'_>> {
+        None
+    }
+
     /// Has lobes that go straight through ([`Kernel::is_straight`]): lamps are looked for behind it.
     fn is_clear(&self) -> bool {
         false

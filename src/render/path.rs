@@ -20,6 +20,8 @@ use crate::scene::{Hit, Scene, ray};
 /// box and a mesh (docs/performance.md).
 const ROULETTE_FROM: u32 = 1;
 const ODDS: f32 = 1.5;
+/// The same between mirrors.
+const MIRRORS: u32 = 32;
 /// A path that has not ended by now never will: in a closed room of white walls light has no end.
 pub const MOST_BOUNCES: u32 = 2048;
 
@@ -51,6 +53,8 @@ struct State<T> {
     direction: Vec3A,
     way: Way,
     bounce: u32,
+    /// Factor of all wavelengths, kept apart: what is the same for all of them is multiplied once.
+    weight: f32,
     /// What it would carry on white surfaces.
     share: f32,
 }
@@ -112,7 +116,7 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
     /// Follows one path from the eye and adds what it finds to `pixel`: radiance.
     pub fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, pixel: &mut F::Pixel) {
         let path = T::identity(self.inks);
-        let mut state = State { path, origin, direction, way: Way::Straight, bounce: 0, share: 1.0 };
+        let mut state = State { path, origin, direction, way: Way::Straight, bounce: 0, weight: 1.0, share: 1.0 };
         let Some((meeting, lobe)) = self.arrive(&mut state, sampler, pixel) else { return };
         if self.split == 1 || lobe.kernel.is_specular() {
             if self.go_on(&mut state, &meeting, &lobe, sampler) {
@@ -121,7 +125,7 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
             return;
         }
         state.share = 1.0 / self.split as f32;
-        state.path.scale(state.share);
+        state.weight *= state.share;
         for k in 0..self.split {
             let (mut state, sampler) = (state.clone(), sampler.branch(k, self.split));
             if self.go_on(&mut state, &meeting, &lobe, &sampler) {
@@ -137,12 +141,12 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         let meeting = Meeting { side: normal, point, axes: [x, y, normal], out: Vec3A::Z };
         let lobe = Lobe { kernel: &WHITE, tint: Tint::None, factor: 1.0, odds: 1.0 };
         let path = T::identity(self.inks);
-        self.look_at_light(&meeting, &lobe, &path, sampler.pair(0), pixel);
+        self.look_at_light(&meeting, &lobe, &path, 1.0, sampler.pair(0), pixel);
         if let Some(turn) = WHITE.sample(Vec3A::Z, sampler.pair(1)) {
             let (origin, normal) = meeting.start(false);
             let way = Way::Lobe { pdf: turn.pdf, from: origin, normal };
             self.follow(
-                State { path, origin, direction: meeting.world(turn.inc), way, bounce: 0, share: 1.0 },
+                State { path, origin, direction: meeting.world(turn.inc), way, bounce: 0, weight: 1.0, share: 1.0 },
                 sampler,
                 pixel,
             );
@@ -161,12 +165,12 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
     /// ends there.
     fn arrive(&self, state: &mut State<T>, sampler: &Sampler, pixel: &mut F::Pixel) -> Option<(Meeting, Lobe<'a>)> {
         let Some(hit) = self.scene.geometry.closest(state.origin, state.direction) else {
-            self.leave(state.direction, state.way, &state.path, pixel);
+            self.leave(state, pixel);
             return None;
         };
         let front = hit.normal.dot(state.direction) < 0.0;
         if let Some(lamp) = hit.surface.emitter.filter(|_| front) {
-            self.meet(lamp as usize, &hit, state.way, &state.path, pixel);
+            self.meet(lamp as usize, &hit, state, pixel);
         }
         if state.bounce >= self.max_bounces {
             return None;
@@ -178,17 +182,23 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         let pair = FIRST_PAIR + PAIRS * state.bounce;
         let (site, shading) = self.scene.site(&hit, front);
         let meeting = Meeting::new(&hit, front, shading, state.direction);
-        let mut lobes = Lobes::default();
         let scene: &'a Scene = self.scene;
-        scene.materials[hit.surface.material as usize].lobes(&site, meeting.out, &mut lobes);
-        let lot = if lobes.len() > 1 { sampler.pair(pair)[0] } else { 0.0 };
-        let lobe = lobes.choose(lot)?;
-        state.path.scale(lobe.factor);
+        let material = &scene.materials[hit.surface.material as usize];
+        let lobe = match material.only(&site) {
+            Some(lobe) => lobe,
+            None => {
+                let mut lobes = Lobes::default();
+                material.lobes(&site, meeting.out, &mut lobes);
+                let lot = if lobes.len() > 1 { sampler.pair(pair)[0] } else { 0.0 };
+                lobes.choose(lot)?
+            }
+        };
+        state.weight *= lobe.factor;
         if !lobe.tint.turns() {
             state.path.tint(self.inks, &lobe.tint, 1.0);
         }
         if !lobe.kernel.is_specular() {
-            self.look_at_light(&meeting, &lobe, &state.path, sampler.pair(pair + 1), pixel);
+            self.look_at_light(&meeting, &lobe, &state.path, state.weight, sampler.pair(pair + 1), pixel);
         }
         Some((meeting, lobe))
     }
@@ -200,17 +210,19 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         if lobe.tint.turns() {
             state.path.tint(self.inks, &lobe.tint, meeting.cos_half(turn.inc));
         }
-        state.path.scale(turn.weight);
-        let carried = state.path.largest();
+        state.weight *= turn.weight;
+        let carried = state.weight * state.path.largest();
         if carried <= 0.0 {
             return false;
         }
         let odds = ODDS * carried / state.share;
-        if state.bounce >= ROULETTE_FROM && odds < 1.0 {
+        // Chains of mirrors are short as a rule, and what comes at their end is worth its price.
+        let from = if lobe.kernel.is_specular() { MIRRORS } else { ROULETTE_FROM };
+        if state.bounce >= from && odds < 1.0 {
             if sampler.pair(pair)[1] >= odds {
                 return false;
             }
-            state.path.scale(1.0 / odds);
+            state.weight /= odds;
         }
         state.direction = meeting.world(turn.inc).normalize();
         let (from, normal) = meeting.start(lobe.kernel.transmits());
@@ -229,34 +241,35 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
     }
 
     /// A path ran into a lamp: weighed against the chance of having aimed at it.
-    fn meet(&self, lamp: usize, hit: &Hit, way: Way, path: &T, pixel: &mut F::Pixel) {
+    fn meet(&self, lamp: usize, hit: &Hit, state: &State<T>, pixel: &mut F::Pixel) {
         let Lamp::Area(emitter) = &self.scene.lamps[lamp] else { return };
-        let weight = match way {
+        let weight = match state.way {
             Way::Straight => 1.0,
             Way::Lobe { pdf, from, normal } => {
                 let chance = self.scene.tree.chance(lamp, from, Some(normal));
                 power_heuristic(pdf, if chance > 0.0 { emitter.pdf(from, hit.point, hit.normal) * chance } else { 0.0 })
             }
         };
-        self.film.connect(pixel, &emitter.emission(), weight, path);
+        self.film.connect(pixel, &emitter.emission(), weight * state.weight, &state.path);
     }
 
     /// A path left the scene: what lies beyond.
-    fn leave(&self, direction: Vec3A, way: Way, path: &T, pixel: &mut F::Pixel) {
+    fn leave(&self, state: &State<T>, pixel: &mut F::Pixel) {
         for lamp in self.scene.tree.distant() {
-            let Some((emission, pdf)) = self.scene.lamps[lamp].beyond(direction) else { continue };
-            let weight = match way {
+            let Some((emission, pdf)) = self.scene.lamps[lamp].beyond(state.direction) else { continue };
+            let weight = match state.way {
                 Way::Straight => 1.0,
                 Way::Lobe { pdf: by_lobe, from, normal } => {
                     power_heuristic(by_lobe, pdf * self.scene.tree.chance(lamp, from, Some(normal)))
                 }
             };
-            self.film.connect(pixel, &emission, weight, path);
+            self.film.connect(pixel, &emission, weight * state.weight, &state.path);
         }
     }
 
     /// Next event estimation: one place on one lamp, weighed against the chance of running into it.
-    fn look_at_light(&self, at: &Meeting, lobe: &Lobe, path: &T, mut u: [f32; 2], pixel: &mut F::Pixel) {
+    #[allow(clippy::too_many_arguments)]
+    fn look_at_light(&self, at: &Meeting, lobe: &Lobe, path: &T, share: f32, mut u: [f32; 2], pixel: &mut F::Pixel) {
         let scene = self.scene;
         let transmits = lobe.kernel.transmits();
         let (from, normal) = at.start(transmits);
@@ -270,19 +283,17 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         if value.f_cos <= 0.0 {
             return;
         }
-        let open = match aim.point {
-            Some(point) => scene.geometry.visible(from, point),
-            None => scene.geometry.unoccluded(from, aim.direction),
-        };
+        let open = self.is_open(from, chosen, &aim);
         if !(open || scene.clear) {
             return;
         }
-        let weight = if aim.pdf.is_finite() {
-            let pdf = aim.pdf * chance;
-            value.f_cos / pdf * power_heuristic(pdf, value.pdf)
-        } else {
-            value.f_cos / chance
-        };
+        let weight = share
+            * if aim.pdf.is_finite() {
+                let pdf = aim.pdf * chance;
+                value.f_cos / pdf * power_heuristic(pdf, value.pdf)
+            } else {
+                value.f_cos / chance
+            };
         if open && !lobe.tint.turns() {
             return self.film.connect(pixel, &aim.emission, weight, path);
         }
@@ -290,19 +301,28 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         if lobe.tint.turns() {
             path.tint(self.inks, &lobe.tint, at.cos_half(inc));
         }
-        if open || self.see_through(from, &aim, &mut path) {
+        if open || self.see_through(from, chosen, &aim, &mut path) {
             self.film.connect(pixel, &aim.emission, weight, &path);
         }
     }
 
+    /// Nothing stands between a place and where a lamp was aimed at.
+    fn is_open(&self, from: Vec3A, lamp: usize, aim: &Aim) -> bool {
+        let geometry = &self.scene.geometry;
+        match (aim.point, &self.scene.lamps[lamp]) {
+            (Some(_), Lamp::Area(e)) if e.is_vast() => {
+                geometry.closest(from, aim.direction).is_some_and(|h| h.surface.emitter == Some(lamp as u32))
+            }
+            (Some(point), _) => geometry.visible(from, point),
+            (None, _) => geometry.unoccluded(from, aim.direction),
+        }
+    }
+
     /// Looks at a lamp through panes, which tint the path; false where something opaque stands between.
-    fn see_through(&self, mut from: Vec3A, aim: &Aim, path: &mut T) -> bool {
+    fn see_through(&self, mut from: Vec3A, lamp: usize, aim: &Aim, path: &mut T) -> bool {
         const MOST_PANES: usize = 64;
         for _ in 0..MOST_PANES {
-            let open = match aim.point {
-                Some(point) => self.scene.geometry.visible(from, point),
-                None => self.scene.geometry.unoccluded(from, aim.direction),
-            };
+            let open = self.is_open(from, lamp, aim);
             if open {
                 return true;
             }

@@ -83,7 +83,7 @@ impl Lines {
 
     /// A point moved up its normal by what its coordinates cannot tell apart.
     fn lifted(&self, point: Vec3A, normal: Vec3A) -> Vec3A {
-        ray::offset(ray::offset(point, normal), normal)
+        ray::offset(point, normal)
     }
 
     fn measure(&self, probes: &[Probe]) -> Vec<(Vec<f32>, Quality)> {

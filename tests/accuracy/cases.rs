@@ -119,13 +119,15 @@ fn estimator_of(text: &str, max_bounces: u32) -> Arc<dyn Estimate> {
 
 /// Mean of eight independent estimates and its standard error, their paths doubled until it is small enough.
 fn replicates(wanted: f64, until: Instant, mut one: impl FnMut(u32, u32) -> f64) -> (f64, f64) {
-    let mut paths = 16;
+    let mut paths = 64;
     loop {
         let means: Vec<f64> = (0..R).map(|r| one(r, paths)).collect();
         let n = f64::from(R);
         let mean = means.iter().sum::<f64>() / n;
         let error = (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
-        if error <= wanted || Instant::now() >= until {
+        // Nothing found yet says nothing of the error.
+        let known = error <= wanted && (mean != 0.0 || paths > 60_000);
+        if known || Instant::now() >= until {
             return (mean, error);
         }
         paths *= if error > 3.0 * wanted { 4 } else { 2 };
@@ -141,7 +143,7 @@ impl Place {
             let mut out = [0.0; 3];
             estimate.measure(&[probe], Effort::Paths(paths), &mut out)[0].luminance
         };
-        let lifted = |p: Vec3A, n: Vec3A| ray::offset(ray::offset(p, n), n);
+        let lifted = |p: Vec3A, n: Vec3A| ray::offset(p, n);
         let number = u64::from(replicate);
         // A point on a surface for each path, drawn from a net of its own.
         let over = |place: &dyn Fn([f64; 2]) -> (DVec3, DVec3)| {

@@ -21,7 +21,12 @@ pub struct Emitter {
     pub shape: Shape,
     /// A flat one in single precision.
     flat: Option<Flat>,
+    /// See [`Emitter::is_vast`].
+    vast: bool,
 }
+
+/// Size in the frame's units from which on a surface is vast.
+const VAST: f64 = 64.0;
 
 /// A parallelogram or triangle seen from afar: a place of its area is as good as one of its solid angle, and far cheaper.
 #[derive(Clone, Copy, Debug)]
@@ -144,8 +149,16 @@ struct Place {
 impl Emitter {
     /// A surface with its light.
     pub fn new(light: usize, shape: Shape) -> Emitter {
-        let flat = Flat::new(&shape);
-        Emitter { light, shape, flat }
+        let mut emitter = Emitter { light, flat: Flat::new(&shape), shape, vast: false };
+        let ([low, high], ..) = emitter.bounds();
+        emitter.vast = low.abs().max(high.abs()).max_element() > VAST;
+        emitter
+    }
+
+    /// Reaches so far that single precision cannot tell a place on it from one just in front of it: whether it is seen is asked
+    /// by what is met, not by whether anything lies before the place.
+    pub fn is_vast(&self) -> bool {
+        self.vast
     }
 
     /// Area in m2.
