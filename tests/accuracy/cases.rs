@@ -9,6 +9,7 @@ use luxpipe::render::estimate::{Effort, Estimate, Probe, Quantity, What, estimat
 use luxpipe::render::sampler::Sampler;
 use luxpipe::scene::{Scene, load, ray};
 use luxpipe::spectral::Sampling;
+use rayon::prelude::*;
 
 /// Where light is measured.
 pub enum Place {
@@ -89,16 +90,17 @@ impl Case {
     /// Measures all values: each until its standard error is `share` of its tolerance, or the time is up.
     pub fn measure(&self, share: f64, time: Duration) -> Vec<Got> {
         let start = Instant::now();
-        let scenes: Vec<Arc<dyn Estimate>> =
-            self.scenes.iter().map(|(text, bounces)| estimator_of(text, *bounces)).collect();
-        let frames: Vec<Scene> = self.scenes.iter().map(|(text, _)| scene(text)).collect();
+        let scenes: Vec<(Arc<Scene>, Arc<dyn Estimate>)> =
+            self.scenes.par_iter().map(|(text, bounces)| estimator_of(text, *bounces)).collect();
         let mut got = Vec::new();
         for (i, v) in self.values.iter().enumerate() {
-            let until = start + time.mul_f64((i + 1) as f64 / self.values.len() as f64);
+            // Scenes take their time too, and what one value leaves goes to the next.
+            let left = (start + time).saturating_duration_since(Instant::now());
+            let until = Instant::now() + left / (self.values.len() - i) as u32;
             let wanted = share * v.tolerance / v.factor;
-            let estimate = &*scenes[v.scene];
+            let (scene, estimate) = &scenes[v.scene];
             let (mean, error) = replicates(wanted, until, |replicate, paths| {
-                v.place.mean(estimate, &frames[v.scene], replicate * 7919 + i as u32, paths)
+                v.place.mean(&**estimate, scene, replicate * 7919 + i as u32, paths)
             });
             got.push(Got { value: mean * v.factor + v.offset, standard_error: error * v.factor });
         }
@@ -110,18 +112,20 @@ fn scene(text: &str) -> Scene {
     load::parse(text, std::path::Path::new(".")).unwrap_or_else(|e| panic!("{e} in\n{text}"))
 }
 
-fn estimator_of(text: &str, max_bounces: u32) -> Arc<dyn Estimate> {
+fn estimator_of(text: &str, max_bounces: u32) -> (Arc<Scene>, Arc<dyn Estimate>) {
     // All spectra are flat: four wavelengths are as good as eighty.
     let sampling = Sampling::bins(380.0, 780.0, 4).unwrap();
     let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed: 1, max_bounces, split: 1 };
-    estimator(Arc::new(scene(text)), &quantity).unwrap()
+    let scene = Arc::new(scene(text));
+    let estimate = estimator(scene.clone(), &quantity).unwrap();
+    (scene, estimate)
 }
 
 /// Mean of eight independent estimates and its standard error, their paths doubled until it is small enough.
-fn replicates(wanted: f64, until: Instant, mut one: impl FnMut(u32, u32) -> f64) -> (f64, f64) {
+fn replicates(wanted: f64, until: Instant, one: impl Fn(u32, u32) -> f64 + Sync) -> (f64, f64) {
     let mut paths = 64;
     loop {
-        let means: Vec<f64> = (0..R).map(|r| one(r, paths)).collect();
+        let means: Vec<f64> = (0..R).into_par_iter().map(|r| one(r, paths)).collect();
         let n = f64::from(R);
         let mean = means.iter().sum::<f64>() / n;
         let error = (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
