@@ -55,6 +55,8 @@ def plugin(spec, scale=1.0):
     if isinstance(spec, float):
         spec = np.array([[RANGE[0], spec], [RANGE[1], spec]])
     points = within(spec)
+    if not points[:, 1].any():  # Mitsuba refuses an empty distribution
+        return {"type": "uniform", "value": 0.0}
     join = lambda column: ", ".join(repr(float(x)) for x in column)
     return {"type": "irregular", "wavelengths": join(points[:, 0]), "values": join(points[:, 1] * scale)}
 
