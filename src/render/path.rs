@@ -19,7 +19,7 @@ use crate::scene::{Hit, Scene, ray};
 /// From this bounce on a path may end by lot, with a chance to go on of this times what it carries: measured on the Cornell
 /// box and a mesh (docs/performance.md).
 const ROULETTE_FROM: u32 = 1;
-const ODDS: f32 = 1.5;
+const ODDS: f32 = 2.0;
 /// The same between mirrors.
 const MIRRORS: u32 = 32;
 /// A path that has not ended by now never will: in a closed room of white walls light has no end.
@@ -39,7 +39,8 @@ pub struct Tracer<'a, T: Throughput, F> {
     pub film: &'a F,
     /// Most bounces that are asked for.
     pub max_bounces: u32,
-    /// Paths that go on from the first surface that the eye sees, from 1: most of what makes a picture noisy comes after it.
+    /// Paths that go on from the first surface that the eye sees, and looks at its lamps, from 1: most of what makes a picture
+    /// noisy comes after it.
     pub split: u32,
     /// Paths that were ended at [`MOST_BOUNCES`].
     pub endless: &'a AtomicU64,
@@ -119,7 +120,7 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         let mut state = State { path, origin, direction, way: Way::Straight, bounce: 0, weight: 1.0, share: 1.0 };
         let Some((meeting, lobe)) = self.arrive(&mut state, sampler, pixel) else { return };
         if self.split == 1 || lobe.kernel.is_specular() {
-            if self.go_on(&mut state, &meeting, &lobe, sampler) {
+            if self.go_on(&mut state, &meeting, &lobe, sampler, pixel) {
                 self.follow(state, sampler, pixel);
             }
             return;
@@ -128,7 +129,7 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         state.weight *= state.share;
         for k in 0..self.split {
             let (mut state, sampler) = (state.clone(), sampler.branch(k, self.split));
-            if self.go_on(&mut state, &meeting, &lobe, &sampler) {
+            if self.go_on(&mut state, &meeting, &lobe, &sampler, pixel) {
                 self.follow(state, &sampler, pixel);
             }
         }
@@ -155,14 +156,13 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
 
     fn follow(&self, mut state: State<T>, sampler: &Sampler, pixel: &mut F::Pixel) {
         while let Some((meeting, lobe)) = self.arrive(&mut state, sampler, pixel) {
-            if !self.go_on(&mut state, &meeting, &lobe, sampler) {
+            if !self.go_on(&mut state, &meeting, &lobe, sampler, pixel) {
                 return;
             }
         }
     }
 
-    /// Goes to the next surface, takes its light, chooses a lobe by lot and asks the lamps through it; `None` where the path
-    /// ends there.
+    /// Goes to the next surface, takes its light and chooses a lobe by lot; `None` where the path ends there.
     fn arrive(&self, state: &mut State<T>, sampler: &Sampler, pixel: &mut F::Pixel) -> Option<(Meeting, Lobe<'a>)> {
         let Some(hit) = self.scene.geometry.closest(state.origin, state.direction) else {
             self.leave(state, pixel);
@@ -197,15 +197,22 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         if !lobe.tint.turns() {
             state.path.tint(self.inks, &lobe.tint, 1.0);
         }
-        if !lobe.kernel.is_specular() {
-            self.look_at_light(&meeting, &lobe, &state.path, state.weight, sampler.pair(pair + 1), pixel);
-        }
         Some((meeting, lobe))
     }
 
-    /// Leaves a surface along a lobe; false where the path ends by lot or has nowhere to go.
-    fn go_on(&self, state: &mut State<T>, meeting: &Meeting, lobe: &Lobe, sampler: &Sampler) -> bool {
+    /// Asks the lamps through a lobe and leaves the surface along it; false where the path ends by lot or has nowhere to go.
+    fn go_on(
+        &self,
+        state: &mut State<T>,
+        meeting: &Meeting,
+        lobe: &Lobe,
+        sampler: &Sampler,
+        pixel: &mut F::Pixel,
+    ) -> bool {
         let pair = FIRST_PAIR + PAIRS * state.bounce;
+        if !lobe.kernel.is_specular() {
+            self.look_at_light(meeting, lobe, &state.path, state.weight, sampler.pair(pair + 1), pixel);
+        }
         let Some(turn) = lobe.kernel.sample(meeting.out, sampler.pair(pair + 2)) else { return false };
         if lobe.tint.turns() {
             state.path.tint(self.inks, &lobe.tint, meeting.cos_half(turn.inc));
