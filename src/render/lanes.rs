@@ -81,16 +81,19 @@ impl<const G: usize> Lanes<G> {
         (pairs[0] + pairs[2]) + (pairs[1] + pairs[3])
     }
 
-    /// The largest lane.
+    /// The largest lane; lanes are not negative.
     #[inline(always)]
     pub fn largest(&self) -> f32 {
+        // Plain comparisons: f32::max would also look for NaN, at several times the price.
+        let larger = |a: f32, b: f32| if b > a { b } else { a };
         let mut top = [0f32; GROUP];
         for a in &self.0 {
             for i in 0..GROUP {
-                top[i] = top[i].max(a[i]);
+                top[i] = larger(top[i], a[i]);
             }
         }
-        top.iter().fold(0.0, |m, x| m.max(*x))
+        let half: [f32; 4] = std::array::from_fn(|i| larger(top[i], top[i + 4]));
+        larger(larger(half[0], half[2]), larger(half[1], half[3]))
     }
 }
 
