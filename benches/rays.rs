@@ -202,7 +202,12 @@ fn split(primitive: &Primitive) -> Vec<[Vec3A; 3]> {
 /// n x n cells of two triangles under 16 waves, from -5 to 5.
 fn height_field(n: usize, random: &mut Random) -> Vec<Primitive> {
     let waves: [[f64; 4]; 16] = std::array::from_fn(|_| {
-        [random.within(0.02, 0.1), random.within(-3.0, 3.0), random.within(-3.0, 3.0), random.within(0.0, 6.28)]
+        [
+            random.within(0.02, 0.1),
+            random.within(-3.0, 3.0),
+            random.within(-3.0, 3.0),
+            random.within(0.0, std::f64::consts::TAU),
+        ]
     });
     let point = |i: usize, j: usize| {
         let (x, z) = (-5.0 + 10.0 * i as f64 / n as f64, -5.0 + 10.0 * j as f64 / n as f64);
@@ -219,7 +224,7 @@ fn displaced_sphere(centre: [f64; 3], radius: f64, random: &mut Random) -> Vec<P
     let (nu, nv) = (128, 64);
     let waves: [[f64; 4]; 6] = std::array::from_fn(|_| {
         let (m, l) = (random.within(3.0, 12.0).floor(), random.within(4.0, 12.0).floor());
-        [random.within(0.01, 0.05), m, l, random.within(0.0, 6.28)]
+        [random.within(0.01, 0.05), m, l, random.within(0.0, std::f64::consts::TAU)]
     });
     let point = |i: usize, j: usize| {
         let (theta, phi) =
