@@ -49,6 +49,13 @@
 //! - [Veach 1997] E. Veach, *Robust Monte Carlo Methods for Light Transport Simulation*, Stanford, 1997.
 //! - [Arvo 1995] J. Arvo, *Stratified Sampling of Spherical Triangles*, SIGGRAPH 95.
 //! - [Urena 2013] C. Urena, M. Fajardo, A. King, *An Area-Preserving Parametrization for Spherical Rectangles*, EGSR 2013.
+//! - [Kahn 1956] H. Kahn, *Use of Different Monte Carlo Sampling Techniques*, Symposium on Monte Carlo Methods, Wiley, 1956.
+//! - [Arvo and Kirk 1990] J. Arvo, D. Kirk, *Particle Transport and Image Synthesis*, SIGGRAPH 90.
+//! - [Roberts 2018] M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018.
+//! - [Owen 1997] A. Owen, *Scrambled Net Variance for Integrals of Smooth Functions*, Annals of Statistics 25(4), 1997.
+//! - [Guillen 2017] I. Guillen, C. Urena, A. King, M. Fajardo, I. Georgiev, J. Lopez-Moreno, A. Jarabo, *Area-Preserving
+//!   Parameterizations for Spherical Ellipses*, EGSR 2017.
+//! - [Johnson 1972] P. Johnson, R. Christy, *Optical Constants of the Noble Metals*, Physical Review B 6(12), 1972.
 //! - [Burley 2020] B. Burley, *Practical Hash-based Owen Scrambling*, JCGT 9(4), 2020.
 //! - [Sharma 2005] G. Sharma, W. Wu, E. Dalal, *The CIEDE2000 Color-Difference Formula*, Color Res. Appl. 30(1), 2005.
 //! - [Okabe 2008] M. Okabe, K. Ito, *Color Universal Design: how to make figures and presentations that are friendly to colorblind

@@ -8,16 +8,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3A;
+use rayon::prelude::*;
 
 use crate::notes::Notes;
 use crate::render::film::{Bands, Film, Responses};
 use crate::render::lanes::{Diagonal, GROUP, Inks};
 use crate::render::path::{MOST_BOUNCES, Tracer};
 use crate::render::sampler::Sampler;
+use crate::render::split;
 use crate::scene::Scene;
 use crate::spectral::{Observer, Sampling, Spectrum, builtin};
 use crate::units::K_M;
-use crate::{Error, Result, invalid};
+use crate::{Error, Result, invalid, parallel};
 
 /// Independent randomisations that tell the error.
 pub const REPLICATES: u32 = 8;
@@ -41,8 +43,8 @@ pub struct Quantity {
     pub seed: u32,
     /// Most bounces; light that comes straight from a lamp has none.
     pub max_bounces: u32,
-    /// Paths that go on from the first surface of each, from 1.
-    pub split: u32,
+    /// Paths that go on from the first surface of each, from 1; `None` finds out how many are worth their price.
+    pub split: Option<u32>,
 }
 
 /// What the numbers of a probe are.
@@ -167,11 +169,11 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
     Ok(match quantity.what {
         What::Spectrum => {
             let film = Bands::<G>::new(&lights, &sampling, &observer);
-            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split, endless })
+            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split: 1, endless }.splitting(split))
         }
         What::Xyz => {
             let film = Responses::<G, 3>::new(&lights, &sampling, range_nm, &cmf);
-            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split, endless })
+            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split: 1, endless }.splitting(split))
         }
         What::Lighting => {
             let opic = |n: &str| builtin::spectrum(&format!("alphaopic_{n}"));
@@ -179,7 +181,7 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
             let (s, m, l) = (opic("s_cone")?, opic("m_cone")?, opic("l_cone")?);
             let responses = [x, y, z, s, m, l, opic("rhodopic")?, opic("melanopic")?];
             let film = Responses::<G, 8>::new(&lights, &sampling, range_nm, &responses);
-            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split, endless })
+            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split: 1, endless }.splitting(split))
         }
     })
 }
@@ -195,20 +197,61 @@ struct Estimator<const G: usize, F> {
 }
 
 impl<const G: usize, F: Film<Diagonal<G>>> Estimator<G, F> {
+    /// With so many paths from first surfaces, or as many as a trial finds best.
+    fn splitting(mut self, split: Option<u32>) -> Self {
+        self.split = split.unwrap_or_else(|| self.best_split());
+        // The trial's paths are nobody's.
+        self.endless = AtomicU64::new(0);
+        self
+    }
+
+    fn best_split(&self) -> u32 {
+        let Some(camera) = &self.scene.camera else { return 1 };
+        let pixel = |i: u32| {
+            // A plastic-number walk spreads over the picture [Roberts 2018].
+            let at = |step: f64, n: usize| ((0.5 + step * f64::from(i)).fract() * n as f64) as u32;
+            let (x, y) = (at(0.754_877_666_246_692_8, camera.width), at(0.569_840_290_998_053_2, camera.height));
+            (0..split::PATHS).map(|index| self.trial(x, y, index)).collect()
+        };
+        let all: Vec<u32> = (0..split::PIXELS).collect();
+        let pixels: Vec<Vec<split::Trial>> = if parallel::pool() {
+            all.into_par_iter().map(pixel).collect()
+        } else {
+            all.into_iter().map(pixel).collect()
+        };
+        split::choose(&pixels)
+    }
+
+    /// A path of the trial with its branches apart.
+    fn trial(&self, x: u32, y: u32, index: u32) -> split::Trial {
+        let mut sums: [F::Pixel; split::BRANCHES as usize] = std::array::from_fn(|_| self.film.black());
+        let sampler = Sampler::new(x, y, index, self.seed ^ 0x51ed_270b);
+        let ray = self.eye(x, y, &sampler);
+        let met = ray.map_or(0, |(origin, direction)| self.tracer().branches(origin, direction, &sampler, &mut sums));
+        (sums.each_ref().map(|s| self.film.luminance(s)), met)
+    }
+
+    fn tracer(&self) -> Tracer<'_, Diagonal<G>, F> {
+        let Estimator { scene, film, inks, endless, max_bounces, split, .. } = self;
+        Tracer { scene, inks, film, max_bounces: *max_bounces, split: *split, endless }
+    }
+
+    /// A ray from the eye through a place of the pixel.
+    fn eye(&self, x: u32, y: u32, sampler: &Sampler) -> Option<(Vec3A, Vec3A)> {
+        let camera = self.scene.camera.as_ref()?;
+        let place = sampler.pair(0);
+        let lens = if camera.has_lens() { sampler.pair(1) } else { [0.0; 2] };
+        camera.ray(f64::from(x) + f64::from(place[0]), f64::from(y) + f64::from(place[1]), lens)
+    }
+
     /// Adds one path.
     fn path(&self, probe: &Probe, index: u32, replicate: u32, sum: &mut F::Pixel) {
-        let Estimator { scene, film, inks, endless, .. } = self;
-        let (max_bounces, split) = (self.max_bounces, self.split);
-        let tracer = Tracer::<Diagonal<G>, F> { scene, inks, film, max_bounces, split, endless };
+        let tracer = self.tracer();
         let seed = self.seed ^ replicate.wrapping_mul(0x9e37_79b9);
         match *probe {
             Probe::Pixel { x, y } => {
-                let Some(camera) = &scene.camera else { return };
                 let sampler = Sampler::new(x, y, index, seed);
-                let place = sampler.pair(0);
-                let lens = if camera.has_lens() { sampler.pair(1) } else { [0.0; 2] };
-                let (x, y) = (f64::from(x) + f64::from(place[0]), f64::from(y) + f64::from(place[1]));
-                if let Some((origin, direction)) = camera.ray(x, y, lens) {
+                if let Some((origin, direction)) = self.eye(x, y, &sampler) {
                     tracer.radiance(origin, direction, &sampler, sum);
                 }
             }

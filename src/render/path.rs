@@ -128,11 +128,37 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         state.share = 1.0 / self.split as f32;
         state.weight *= state.share;
         for k in 0..self.split {
-            let (mut state, sampler) = (state.clone(), sampler.branch(k, self.split));
-            if self.go_on(&mut state, &meeting, &lobe, &sampler, pixel) {
-                self.follow(state, &sampler, pixel);
-            }
+            self.branch(state.clone(), &meeting, &lobe, &sampler.branch(k, self.split), pixel);
         }
+    }
+
+    /// Goes on from the first surface; returns the number of surfaces met after it.
+    fn branch(
+        &self,
+        mut state: State<T>,
+        meeting: &Meeting,
+        lobe: &Lobe,
+        sampler: &Sampler,
+        pixel: &mut F::Pixel,
+    ) -> u32 {
+        if self.go_on(&mut state, meeting, lobe, sampler, pixel) { self.follow(state, sampler, pixel) } else { 0 }
+    }
+
+    /// One path from the eye whose branches are kept apart, for [`crate::render::split`]: each counts in full. Returns how
+    /// many surfaces they met in all; 0 where there is nothing to go on from.
+    pub fn branches(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, pixels: &mut [F::Pixel]) -> u32 {
+        let path = T::identity(self.inks);
+        let mut state = State { path, origin, direction, way: Way::Straight, bounce: 0, weight: 1.0, share: 1.0 };
+        let mut rest = self.film.black();
+        let Some((meeting, lobe)) = self.arrive(&mut state, sampler, &mut rest) else { return 0 };
+        if lobe.kernel.is_specular() {
+            return 0;
+        }
+        let count = pixels.len() as u32;
+        let each = |(k, pixel): (usize, &mut F::Pixel)| {
+            self.branch(state.clone(), &meeting, &lobe, &sampler.branch(k as u32, count), pixel) + 1
+        };
+        pixels.iter_mut().enumerate().map(each).sum()
     }
 
     /// Follows one path from a point and adds what falls on it: irradiance over pi, as a white matt surface would show it.
@@ -154,12 +180,14 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         }
     }
 
-    fn follow(&self, mut state: State<T>, sampler: &Sampler, pixel: &mut F::Pixel) {
+    /// Follows a path to its end; returns the surfaces it met.
+    fn follow(&self, mut state: State<T>, sampler: &Sampler, pixel: &mut F::Pixel) -> u32 {
         while let Some((meeting, lobe)) = self.arrive(&mut state, sampler, pixel) {
             if !self.go_on(&mut state, &meeting, &lobe, sampler, pixel) {
-                return;
+                break;
             }
         }
+        state.bounce
     }
 
     /// Goes to the next surface, takes its light and chooses a lobe by lot; `None` where the path ends there.
