@@ -48,7 +48,7 @@ bench:
 bench-rays:
 	$(CARGO) bench --locked --bench rays
 
-# spectrace beside the Mitsuba of MITSUBA_PYTHON (docs/bench-render.md); PART=cornell, mesh, bands or cost for one part.
+# spectrace beside the Mitsuba of MITSUBA_PYTHON (docs/performance.md); PART=cornell, mesh, bands or cost for one part.
 bench-render:
 	$(CARGO) bench --locked --bench render -- $(PART)
 

@@ -49,9 +49,6 @@
 //! - [Veach 1997] E. Veach, *Robust Monte Carlo Methods for Light Transport Simulation*, Stanford, 1997.
 //! - [Arvo 1995] J. Arvo, *Stratified Sampling of Spherical Triangles*, SIGGRAPH 95.
 //! - [Urena 2013] C. Urena, M. Fajardo, A. King, *An Area-Preserving Parametrization for Spherical Rectangles*, EGSR 2013.
-//! - [Kahn 1956] H. Kahn, *Use of Different Monte Carlo Sampling Techniques*, Symposium on Monte Carlo Methods, Wiley, 1956.
-//! - [Arvo and Kirk 1990] J. Arvo, D. Kirk, *Particle Transport and Image Synthesis*, SIGGRAPH 90.
-//! - [Roberts 2018] M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018.
 //! - [Owen 1997] A. Owen, *Scrambled Net Variance for Integrals of Smooth Functions*, Annals of Statistics 25(4), 1997.
 //! - [Guillen 2017] I. Guillen, C. Urena, A. King, M. Fajardo, I. Georgiev, J. Lopez-Moreno, A. Jarabo, *Area-Preserving
 //!   Parameterizations for Spherical Ellipses*, EGSR 2017.

@@ -2,7 +2,7 @@
 //! equal time, and what more bands cost.
 //!
 //! `make bench-render`, or one part: `cargo bench --bench render -- cornell` (or mesh, bands, cost). The peer is the Mitsuba of the
-//! Python that MITSUBA_PYTHON names; docs/bench-render.md says how to get one that works. Time is CPU seconds of all threads, so
+//! Python that MITSUBA_PYTHON names; docs/performance.md says how to get one that works. Time is CPU seconds of all threads, so
 //! that what else runs on the machine counts for neither: ten seconds on two processors are 20. Ours are counted whole,
 //! Mitsuba's without loading the scene and compiling its kernels. The long renders that errors are measured against stay
 //! in out/bench-render until the scene's file changes.

@@ -97,7 +97,7 @@ impl Programs {
         let folder = self.shell.folder.path();
         if self.shell.run(&command).is_none() {
             let log = fs::read_to_string(folder.join("peer.log")).unwrap_or_default();
-            println!("Mitsuba failed (with LLVM 14 or 15 it does: docs/bench-render.md): {}", last_line(&log));
+            println!("Mitsuba failed (with LLVM 14 or 15 it does: docs/performance.md): {}", last_line(&log));
             return None;
         }
         let line = fs::read_to_string(folder.join("peer.txt")).ok()?;

@@ -55,9 +55,9 @@ pub struct Spectrace {
     /// Paths a pixel; powers of two share the pixel best. With --error the most
     #[arg(long, value_name = "N", default_value_t = 64, help_heading = "Effort")]
     pub samples: u32,
-    /// Paths that go on from the first surface of each, and look at its lamps (as many as a trial finds best)
-    #[arg(long, value_name = "N", help_heading = "Effort")]
-    pub split: Option<u32>,
+    /// Paths that go on from the first surface of each, and look at its lamps
+    #[arg(long, value_name = "N", default_value_t = 2, help_heading = "Effort")]
+    pub split: u32,
     /// As many paths as each pixel needs for this relative standard error of Y
     #[arg(long, value_name = "E", conflicts_with = "time", help_heading = "Effort")]
     pub error: Option<f64>,
@@ -224,7 +224,7 @@ impl Filter for Spectrace {
         scene.remarks.iter().for_each(|r| run.notes.add(r.clone()));
         if [self.width, self.height].iter().flatten().any(|n| !(1..=1_000_000).contains(n))
             || self.samples == 0
-            || self.split.is_some_and(|n| !(1..=64).contains(&n))
+            || !(1..=64).contains(&self.split)
         {
             return usage!(
                 "--width, --height and --samples must be at least 1, sizes at most 1000000, --split 1 to 64"

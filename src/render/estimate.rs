@@ -8,18 +8,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3A;
-use rayon::prelude::*;
 
 use crate::notes::Notes;
 use crate::render::film::{Bands, Film, Responses};
 use crate::render::lanes::{Diagonal, GROUP, Inks};
 use crate::render::path::{MOST_BOUNCES, Tracer};
 use crate::render::sampler::Sampler;
-use crate::render::split;
 use crate::scene::Scene;
 use crate::spectral::{Observer, Sampling, Spectrum, builtin};
 use crate::units::K_M;
-use crate::{Error, Result, invalid, parallel};
+use crate::{Error, Result, invalid};
 
 /// Independent randomisations that tell the error.
 pub const REPLICATES: u32 = 8;
@@ -43,8 +41,8 @@ pub struct Quantity {
     pub seed: u32,
     /// Most bounces; light that comes straight from a lamp has none.
     pub max_bounces: u32,
-    /// Paths that go on from the first surface of each, from 1; `None` finds out how many are worth their price.
-    pub split: Option<u32>,
+    /// Paths that go on from the first surface of each, from 1.
+    pub split: u32,
 }
 
 /// What the numbers of a probe are.
@@ -169,11 +167,11 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
     Ok(match quantity.what {
         What::Spectrum => {
             let film = Bands::<G>::new(&lights, &sampling, &observer);
-            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split: 1, endless }.splitting(split))
+            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split, endless })
         }
         What::Xyz => {
             let film = Responses::<G, 3>::new(&lights, &sampling, range_nm, &cmf);
-            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split: 1, endless }.splitting(split))
+            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split, endless })
         }
         What::Lighting => {
             let opic = |n: &str| builtin::spectrum(&format!("alphaopic_{n}"));
@@ -181,7 +179,7 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
             let (s, m, l) = (opic("s_cone")?, opic("m_cone")?, opic("l_cone")?);
             let responses = [x, y, z, s, m, l, opic("rhodopic")?, opic("melanopic")?];
             let film = Responses::<G, 8>::new(&lights, &sampling, range_nm, &responses);
-            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split: 1, endless }.splitting(split))
+            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split, endless })
         }
     })
 }
@@ -197,40 +195,6 @@ struct Estimator<const G: usize, F> {
 }
 
 impl<const G: usize, F: Film<Diagonal<G>>> Estimator<G, F> {
-    /// With so many paths from first surfaces, or as many as a trial finds best.
-    fn splitting(mut self, split: Option<u32>) -> Self {
-        self.split = split.unwrap_or_else(|| self.best_split());
-        // The trial's paths are nobody's.
-        self.endless = AtomicU64::new(0);
-        self
-    }
-
-    fn best_split(&self) -> u32 {
-        let Some(camera) = &self.scene.camera else { return 1 };
-        let pixel = |i: u32| {
-            // A plastic-number walk spreads over the picture [Roberts 2018].
-            let at = |step: f64, n: usize| ((0.5 + step * f64::from(i)).fract() * n as f64) as u32;
-            let (x, y) = (at(0.754_877_666_246_692_8, camera.width), at(0.569_840_290_998_053_2, camera.height));
-            (0..split::PATHS).map(|index| self.trial(x, y, index)).collect()
-        };
-        let all: Vec<u32> = (0..split::PIXELS).collect();
-        let pixels: Vec<Vec<split::Trial>> = if parallel::pool() {
-            all.into_par_iter().map(pixel).collect()
-        } else {
-            all.into_iter().map(pixel).collect()
-        };
-        split::choose(&pixels)
-    }
-
-    /// A path of the trial with its branches apart.
-    fn trial(&self, x: u32, y: u32, index: u32) -> split::Trial {
-        let mut sums: [F::Pixel; split::BRANCHES as usize] = std::array::from_fn(|_| self.film.black());
-        let sampler = Sampler::new(x, y, index, self.seed ^ 0x51ed_270b);
-        let ray = self.eye(x, y, &sampler);
-        let met = ray.map_or(0, |(origin, direction)| self.tracer().branches(origin, direction, &sampler, &mut sums));
-        (sums.each_ref().map(|s| self.film.luminance(s)), met)
-    }
-
     fn tracer(&self) -> Tracer<'_, Diagonal<G>, F> {
         let Estimator { scene, film, inks, endless, max_bounces, split, .. } = self;
         Tracer { scene, inks, film, max_bounces: *max_bounces, split: *split, endless }

@@ -14,7 +14,6 @@ pub mod picture;
 pub mod rays;
 pub mod report;
 pub mod sampler;
-pub mod split;
 
 pub use film::Film;
 pub use lanes::{Diagonal, Lanes, Throughput};

@@ -128,37 +128,11 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         state.share = 1.0 / self.split as f32;
         state.weight *= state.share;
         for k in 0..self.split {
-            self.branch(state.clone(), &meeting, &lobe, &sampler.branch(k, self.split), pixel);
+            let (mut state, sampler) = (state.clone(), sampler.branch(k, self.split));
+            if self.go_on(&mut state, &meeting, &lobe, &sampler, pixel) {
+                self.follow(state, &sampler, pixel);
+            }
         }
-    }
-
-    /// Goes on from the first surface; returns the number of surfaces met after it.
-    fn branch(
-        &self,
-        mut state: State<T>,
-        meeting: &Meeting,
-        lobe: &Lobe,
-        sampler: &Sampler,
-        pixel: &mut F::Pixel,
-    ) -> u32 {
-        if self.go_on(&mut state, meeting, lobe, sampler, pixel) { self.follow(state, sampler, pixel) } else { 0 }
-    }
-
-    /// One path from the eye whose branches are kept apart, for [`crate::render::split`]: each counts in full. Returns how
-    /// many surfaces they met in all; 0 where there is nothing to go on from.
-    pub fn branches(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, pixels: &mut [F::Pixel]) -> u32 {
-        let path = T::identity(self.inks);
-        let mut state = State { path, origin, direction, way: Way::Straight, bounce: 0, weight: 1.0, share: 1.0 };
-        let mut rest = self.film.black();
-        let Some((meeting, lobe)) = self.arrive(&mut state, sampler, &mut rest) else { return 0 };
-        if lobe.kernel.is_specular() {
-            return 0;
-        }
-        let count = pixels.len() as u32;
-        let each = |(k, pixel): (usize, &mut F::Pixel)| {
-            self.branch(state.clone(), &meeting, &lobe, &sampler.branch(k as u32, count), pixel) + 1
-        };
-        pixels.iter_mut().enumerate().map(each).sum()
     }
 
     /// Follows one path from a point and adds what falls on it: irradiance over pi, as a white matt surface would show it.
@@ -180,14 +154,13 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         }
     }
 
-    /// Follows a path to its end; returns the surfaces it met.
-    fn follow(&self, mut state: State<T>, sampler: &Sampler, pixel: &mut F::Pixel) -> u32 {
+    /// Follows a path to its end.
+    fn follow(&self, mut state: State<T>, sampler: &Sampler, pixel: &mut F::Pixel) {
         while let Some((meeting, lobe)) = self.arrive(&mut state, sampler, pixel) {
             if !self.go_on(&mut state, &meeting, &lobe, sampler, pixel) {
-                break;
+                return;
             }
         }
-        state.bounce
     }
 
     /// Goes to the next surface, takes its light and chooses a lobe by lot; `None` where the path ends there.

@@ -84,7 +84,7 @@ fn number(value: &toml::Value) -> f64 {
     value.as_float().unwrap_or_else(|| value.as_integer().unwrap() as f64)
 }
 
-const R: u32 = 8;
+const R: u32 = 16;
 
 impl Case {
     /// Measures all values: each until its standard error is `share` of its tolerance, or the time is up.
@@ -115,16 +115,15 @@ fn scene(text: &str) -> Scene {
 fn estimator_of(text: &str, max_bounces: u32) -> (Arc<Scene>, Arc<dyn Estimate>) {
     // All spectra are flat: four wavelengths are as good as eighty.
     let sampling = Sampling::bins(380.0, 780.0, 4).unwrap();
-    let quantity =
-        Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed: 1, max_bounces, split: Some(1) };
+    let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed: 1, max_bounces, split: 1 };
     let scene = Arc::new(scene(text));
     let estimate = estimator(scene.clone(), &quantity).unwrap();
     (scene, estimate)
 }
 
-/// Mean of eight independent estimates and its standard error, their paths doubled until it is small enough.
+/// Mean of sixteen independent estimates and its standard error, their paths doubled until it is small enough.
 fn replicates(wanted: f64, until: Instant, one: impl Fn(u32, u32) -> f64 + Sync) -> (f64, f64) {
-    let mut paths = 64;
+    let mut paths = 32;
     loop {
         let means: Vec<f64> = (0..R).into_par_iter().map(|r| one(r, paths)).collect();
         let n = f64::from(R);

@@ -36,7 +36,7 @@ pub fn job(scene: &Scene, bands: usize, samples: u32, seed: u32) -> Job {
         what: What::Xyz,
         seed,
         max_bounces: scene.max_bounces.unwrap_or(u32::MAX),
-        split: Some(1),
+        split: 1,
     };
     Job {
         quantity,
