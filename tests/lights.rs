@@ -155,3 +155,41 @@ fn smooth_normals_light_as_the_true_surface() {
     let (smooth, flat) = (worst(&mesh("smooth_deg = 180\n")), worst(&mesh("")));
     assert!(smooth < 0.01 && flat > 0.03, "smooth {smooth}, flat {flat}");
 }
+
+/// Radiance's materials mean here what they mean there (tests/ref/radiance_materials.csv).
+#[test]
+fn materials_of_radiance_are_radiances() {
+    let text = fs::read_to_string(common::root().join("tests/ref/radiance_materials.csv")).unwrap();
+    let lines = text.lines().filter(|l| !l.starts_with('#') && !l.starts_with("material"));
+    let rows: Vec<Vec<&str>> = lines.map(|l| l.split(',').collect()).collect();
+    assert!(rows.len() > 50);
+    let folder = tempfile::tempdir().unwrap();
+    let mut rest = &rows[..];
+    while let Some(first) = rest.first() {
+        let n = rest.iter().take_while(|r| r[..7] == first[..7]).count();
+        let (some, after) = rest.split_at(n);
+        rest = after;
+        let sun: f64 = first[6].parse().unwrap();
+        let (up, across) = sun.to_radians().sin_cos();
+        let extra = if first[0] == "trans" {
+            format!("transmitted = {}\ntransmitted_specular = {}\n", first[4], first[5])
+        } else {
+            String::new()
+        };
+        let scene = format!(
+            "[lights.s]\ntype = \"sun\"\nspectrum = \"E\"\nlux = 1\ndirection = [{across}, 0, {up}]\ndiameter_deg = 0.5\n[materials.m]\ntype = \"{}\"\nreflectance = {}\nspecular = {}\nroughness = {}\n{extra}[[shape]]\ntype = \"quad\"\npoints = [[-100, -100, 0], [100, -100, 0], [100, 100, 0], [-100, 100, 0]]\nmaterial = \"m\"\n",
+            first[0], first[1], first[2], first[3]
+        );
+        let view = |r: &Vec<&str>| {
+            let (z, x) = r[7].parse::<f64>().unwrap().to_radians().sin_cos();
+            format!("{} 0 {} {x} 0 {}\n", -5.0 * x, 5.0 * z, -z)
+        };
+        let lines: String = some.iter().map(view).collect();
+        let got =
+            answers(&folder, &scene, &["--rays", "--samples", "16384", "--bands", "2", "--max-bounces", "1"], &lines);
+        for (row, got) in some.iter().zip(got) {
+            let want: f64 = row[8].parse().unwrap();
+            assert!((got[1] - want).abs() < 6e-3 * want, "{row:?}: {}", got[1]);
+        }
+    }
+}

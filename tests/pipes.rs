@@ -460,7 +460,7 @@ fn scene_errors_name_line_and_key() {
         ("unit = \"mm\"", "unti = \"mm\"", "unti"),
         ("unit = \"mm\"", "unit = ", "line 5"),
         ("up = [0, 1, 0]", "up = [0, 0, 1]", "up"),
-        ("type = \"quad\"", "type = \"quid\"", "quad, box, sphere, mesh"),
+        ("type = \"quad\"", "type = \"quid\"", "quad, triangle, box, sphere, disk, cylinder, mesh"),
         ("material = \"white\"", "material = \"whit\"", "no material 'whit'"),
         ("[552.8, 0, 0]", "[0, 0, 0]", "one line"),
         ("points = [[552.8, 0, 0], [0, 0, 0]", "points = [[0, 0, 0], [552.8, 0, 0]", "convex"),
@@ -658,7 +658,7 @@ fn the_pipe_of_the_readme_makes_a_picture() {
     let line =
         "spectrace scenes/cornell.toml | vonkries --to D65 | pcond | xyz2rgb --gamut desaturate | ra_png > cornell.png";
     assert!(readme.lines().take(40).any(|l| l.contains(line)), "the first screen has another pipe");
-    let mut picture = stdout_of("spectrace", &["scenes/cornell.toml", "--width", "32", "--samples", "4"], b"");
+    let mut picture = stdout_of("spectrace", &["scenes/cornell.toml", "--width", "32", "--samples", "64"], b"");
     for (name, args) in
         [("vonkries", &["--to", "D65"][..]), ("pcond", &[]), ("xyz2rgb", &["--gamut", "desaturate"]), ("ra_png", &[])]
     {

@@ -7,7 +7,7 @@ use common::*;
 /// The tower, small, adapted to the display, as a file.
 fn tower() -> std::path::PathBuf {
     let scene = root().join("scenes/tower.toml").display().to_string();
-    let light = stdout_of("spectrace", &["--width", "96", "--samples", "64", "--bands", "20", &scene], b"");
+    let light = stdout_of("spectrace", &["--width", "96", "--samples", "256", "--bands", "20", &scene], b"");
     let path = std::env::temp_dir().join(format!("luxpipe-tower-{}.lux", std::process::id()));
     std::fs::write(&path, stdout_of("vonkries", &["--to", "D65"], &light)).unwrap();
     path
