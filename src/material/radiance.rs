@@ -65,7 +65,7 @@ impl Material for Normal {
         // Radiance raises a smooth highlight towards 1 and leaves the rest as it is, so that light would grow at grazing
         // angles; here the rest pays for it.
         let smooth = self.ward.is_none() && self.specular >= RAISED_FROM;
-        let raise = if smooth { ((-5.85 * out.z).exp() - 0.002_029_430_64).max(0.0) } else { 0.0 };
+        let raise = if smooth { ((-5.85 * out.z).exp() - 0.002_029_430_6).max(0.0) } else { 0.0 };
         let rest = (1.0 - self.specular) * (1.0 - raise);
         let mut push = |kernel: &'a dyn Kernel, tint, factor| lobes.push(Lobe { kernel, tint, factor, odds: factor });
         let highlight = self.ward.as_ref().map_or(&BACK as &dyn Kernel, |w| w);

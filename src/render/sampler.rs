@@ -107,6 +107,6 @@ mod tests {
             sum += f64::from((a - 0.5) * (b - 0.5));
         }
         // 12 x covariance of independent uniforms has a standard deviation of 1 / sqrt(n).
-        assert!((12.0 * sum / f64::from(n as u32)).abs() < 5.0 / f64::from(n as u32).sqrt());
+        assert!((12.0 * sum / f64::from(n)).abs() < 5.0 / f64::from(n).sqrt());
     }
 }

@@ -43,7 +43,10 @@ enum Power {
     Stated,
 }
 
-const POWERS: [(&str, fn(f64) -> Power); 7] = [
+/// A key and what its number is.
+type Amount = (&'static str, fn(f64) -> Power);
+
+const POWERS: [Amount; 7] = [
     ("radiance", Power::Absolute),
     ("intensity", Power::Absolute),
     ("luminance", Power::Luminance),
