@@ -362,6 +362,12 @@ fn faults_of_scenes_name_their_place() {
         (format!("[materials.m]\ntype = \"conductor\"\nmetal = \"Pt\"\n{quad}"), "expected Ag, Al, Au or Cu"),
         (format!("[materials.m]\ntype = \"glass\"\nindex = 0.9\n{quad}"), "index: 0.9 must lie in 1 to 4"),
         (format!("[materials.m]\ntype = \"mixture\"\nof = [\"a\"]\nshares = [1.0]\n{quad}"), "no material 'a'"),
+        (
+            format!(
+                "{m}{quad}[materials.a]\ntype = \"mixture\"\nof = [\"m\"]\nshares = [1.0]\n[materials.b]\ntype = \"mixture\"\nof = [\"a\"]\nshares = [1.0]\n"
+            ),
+            "no material 'a' that is not a mixture",
+        ),
         (format!("{m}[[shape]]\ntype = \"instance\"\ngroup = \"g\"\n"), "group"),
         (format!("{m}[[shape]]\ntype = \"torus\"\nmaterial = \"m\"\n"), "no shape 'torus'"),
         (format!("{m}[[shape]]\ntype = \"mesh\"\nfile = \"bad.obj\"\nmaterial = \"m\"\n"), "face 2 (line 5)"),

@@ -54,7 +54,7 @@ pub struct Lobe<'a> {
     pub odds: f32,
 }
 
-/// Most lobes of one surface.
+/// Most lobes of one surface: three parts of a mixture, four each.
 pub const MOST_LOBES: usize = 12;
 
 /// The lobes of a surface seen from one direction.
@@ -65,7 +65,7 @@ pub struct Lobes<'a> {
 }
 
 impl<'a> Lobes<'a> {
-    /// Adds a lobe; those beyond [`MOST_LOBES`] are refused when a scene is read.
+    /// Adds a lobe that passes on anything. There is room for [`MOST_LOBES`], more than any material that can be read has.
     pub fn push(&mut self, lobe: Lobe<'a>) {
         if lobe.factor > 0.0 && lobe.odds > 0.0 && self.count < MOST_LOBES {
             self.list[self.count] = Some(lobe);

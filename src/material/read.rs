@@ -153,10 +153,17 @@ pub fn spectrum(k: &mut Keys, key: &'static str, folder: &Path) -> Result<Option
 pub fn read_all(tables: Vec<(String, Keys)>, folder: &Path, metres: f64, inks: &mut Vec<Ink>) -> Result<Vec<Named>> {
     let is_mixture = |k: &Keys| k.peek::<String>("type").is_some_and(|t| t == "mixture");
     let (mixtures, plain): (Vec<_>, Vec<_>) = tables.into_iter().partition(|(_, k)| is_mixture(k));
+    let plain_count = plain.len();
     let mut materials: Vec<Named> = Vec::new();
     for (name, mut keys) in plain.into_iter().chain(mixtures) {
         let read = kind(&mut keys)?;
-        let material = read(&mut Reader { keys: &mut keys, folder, metres, inks, before: &materials })?;
+        let material = read(&mut Reader {
+            keys: &mut keys,
+            folder,
+            metres,
+            inks,
+            before: &materials[..plain_count.min(materials.len())],
+        })?;
         keys.finish()?;
         materials.push((name, material));
     }
