@@ -109,8 +109,9 @@ pub trait Throughput: Clone + Send {
     /// The map of a path without events.
     fn identity(inks: &Self::Inks) -> Self;
 
-    /// Puts a surface's tint at the far end; `cos_half` is the cosine between half vector and direction.
-    fn tint(&mut self, inks: &Self::Inks, tint: &Tint, cos_half: f32);
+    /// Puts a surface's tint at the far end; `cos_half` is the cosine between half vector and direction. Returns the most that
+    /// any wavelength kept of what it had, or 1 where finding out costs more than it is worth.
+    fn tint(&mut self, inks: &Self::Inks, tint: &Tint, cos_half: f32) -> f32;
 
     /// Multiplies the map by a number.
     fn scale(&mut self, k: f32);
@@ -133,7 +134,8 @@ pub struct Inks<const G: usize> {
 
 /// One ink in lanes.
 enum Sampled<const G: usize> {
-    One(Lanes<G>),
+    /// With its largest lane.
+    One(Lanes<G>, f32),
     Index(Lanes<G>, Lanes<G>),
 }
 
@@ -142,7 +144,10 @@ impl<const G: usize> Inks<G> {
     pub fn new(inks: &[Ink], rgb: &[Spectrum; 3], sampling: &Sampling) -> Self {
         let lanes = |s: &Spectrum| Lanes::from_values(&sampling.sample(s));
         let sampled = |ink: &Ink| match ink {
-            Ink::Reflectance(s) | Ink::Depth(s) => Sampled::One(lanes(s)),
+            Ink::Reflectance(s) | Ink::Depth(s) => {
+                let lanes = lanes(s);
+                Sampled::One(lanes, lanes.largest())
+            }
             Ink::Index { n, k } => Sampled::Index(lanes(n), lanes(k)),
         };
         let live = Lanes::from_values(&vec![1.0; sampling.count()]);
@@ -152,7 +157,15 @@ impl<const G: usize> Inks<G> {
     #[inline(always)]
     fn one(&self, i: u32) -> &Lanes<G> {
         match &self.inks[i as usize] {
-            Sampled::One(lanes) | Sampled::Index(lanes, _) => lanes,
+            Sampled::One(lanes, _) | Sampled::Index(lanes, _) => lanes,
+        }
+    }
+
+    #[inline(always)]
+    fn most(&self, i: u32) -> f32 {
+        match &self.inks[i as usize] {
+            Sampled::One(_, most) => *most,
+            Sampled::Index(..) => 1.0,
         }
     }
 
@@ -181,12 +194,21 @@ impl<const G: usize> Throughput for Diagonal<G> {
     }
 
     #[inline(always)]
-    fn tint(&mut self, inks: &Inks<G>, tint: &Tint, cos_half: f32) {
+    fn tint(&mut self, inks: &Inks<G>, tint: &Tint, cos_half: f32) -> f32 {
         match tint {
-            Tint::None => {}
-            Tint::Base(Base::Ink(i)) => self.0.multiply(inks.one(*i)),
-            Tint::Base(Base::Grey(r)) => self.0.scale(*r),
-            other => self.tint_slowly(inks, other, cos_half),
+            Tint::None => 1.0,
+            Tint::Base(Base::Ink(i)) => {
+                self.0.multiply(inks.one(*i));
+                inks.most(*i)
+            }
+            Tint::Base(Base::Grey(r)) => {
+                self.0.scale(*r);
+                *r
+            }
+            other => {
+                self.tint_slowly(inks, other, cos_half);
+                1.0
+            }
         }
     }
 

@@ -20,6 +20,8 @@ use crate::scene::{Hit, Scene, ray};
 /// box and a mesh (docs/performance.md).
 const ROULETTE_FROM: u32 = 1;
 const ODDS: f32 = 2.0;
+/// Bounces from one look through all wavelengths to the next.
+const LOOKS: u32 = 4;
 /// The same between mirrors.
 const MIRRORS: u32 = 32;
 /// A path that has not ended by now never will: in a closed room of white walls light has no end.
@@ -58,6 +60,8 @@ struct State<T> {
     weight: f32,
     /// What it would carry on white surfaces.
     share: f32,
+    /// At least the path's largest factor: products of the tints' own are cheaper than looking through all wavelengths.
+    bound: f32,
 }
 
 /// How a path came by its direction.
@@ -117,7 +121,8 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
     /// Follows one path from the eye and adds what it finds to `pixel`: radiance.
     pub fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, pixel: &mut F::Pixel) {
         let path = T::identity(self.inks);
-        let mut state = State { path, origin, direction, way: Way::Straight, bounce: 0, weight: 1.0, share: 1.0 };
+        let mut state =
+            State { path, origin, direction, way: Way::Straight, bounce: 0, weight: 1.0, share: 1.0, bound: 1.0 };
         let Some((meeting, lobe)) = self.arrive(&mut state, sampler, pixel) else { return };
         if self.split == 1 || lobe.kernel.is_specular() {
             if self.go_on(&mut state, &meeting, &lobe, sampler, pixel) {
@@ -147,7 +152,16 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
             let (origin, normal) = meeting.start(false);
             let way = Way::Lobe { pdf: turn.pdf, from: origin, normal };
             self.follow(
-                State { path, origin, direction: meeting.world(turn.inc), way, bounce: 0, weight: 1.0, share: 1.0 },
+                State {
+                    path,
+                    origin,
+                    direction: meeting.world(turn.inc),
+                    way,
+                    bounce: 0,
+                    weight: 1.0,
+                    share: 1.0,
+                    bound: 1.0,
+                },
                 sampler,
                 pixel,
             );
@@ -196,7 +210,7 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         };
         state.weight *= lobe.factor;
         if !lobe.tint.turns() {
-            state.path.tint(self.inks, &lobe.tint, 1.0);
+            state.bound *= state.path.tint(self.inks, &lobe.tint, 1.0);
         }
         Some((meeting, lobe))
     }
@@ -216,10 +230,13 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         }
         let Some(turn) = lobe.kernel.sample(meeting.out, sampler.pair(pair + 2)) else { return false };
         if lobe.tint.turns() {
-            state.path.tint(self.inks, &lobe.tint, meeting.cos_half(turn.inc));
+            state.bound *= state.path.tint(self.inks, &lobe.tint, meeting.cos_half(turn.inc));
         }
         state.weight *= turn.weight;
-        let carried = state.weight * state.path.largest();
+        if state.bounce % LOOKS == LOOKS - 1 {
+            state.bound = state.path.largest();
+        }
+        let carried = state.weight * state.bound;
         if carried <= 0.0 {
             return false;
         }
