@@ -24,6 +24,11 @@ Not measured: `furnace-thermal-medium` and `furnace-thinfilm-conductor`, which n
 
 ";
 
+/// Seven digits.
+fn shown(value: f64) -> String {
+    if value.abs() < 0.01 { format!("{value:.6e}") } else { format!("{value:.6}") }
+}
+
 fn main() {
     let table = cases::table();
     let mut page = String::from(HEAD);
@@ -40,12 +45,12 @@ fn main() {
         missed += out;
         let mark = if out == 0 { String::new() } else { format!(" **({out} beyond their tolerance)**") };
         let row = format!(
-            "| {} | {}{mark} | {} | {:.6} | {:.6} | {:.1e} | {:.1e} | {seconds:.2} |",
+            "| {} | {}{mark} | {} | {} | {} | {:.1e} | {:.1e} | {seconds:.2} |",
             case.id,
             got.len(),
             v.label,
-            v.want,
-            g.value,
+            shown(v.want),
+            shown(g.value),
             g.standard_error,
             v.tolerance
         );

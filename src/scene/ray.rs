@@ -25,18 +25,9 @@ pub fn frame(n: Vec3A) -> (Vec3A, Vec3A) {
     (Vec3A::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), Vec3A::new(b, sign + n.y * n.y * a, -n.y))
 }
 
-/// A direction about `n` with density cos/pi, from two numbers in 0..1 (Malley's method on concentric squares).
+/// A direction about `n` with density cos/pi, from two numbers in 0..1 (Malley's method).
 pub fn cosine_direction(n: Vec3A, u: [f32; 2]) -> Vec3A {
-    let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    let (r, phi) = if a * a > b * b {
-        (a, std::f32::consts::FRAC_PI_4 * (b / a))
-    } else if b != 0.0 {
-        (b, std::f32::consts::FRAC_PI_2 - std::f32::consts::FRAC_PI_4 * (a / b))
-    } else {
-        (0.0, 0.0)
-    };
-    let (sin, cos) = phi.sin_cos();
-    let (x, y) = (r * cos, r * sin);
+    let local = crate::material::kernel::lambert::cosine(u);
     let (s, t) = frame(n);
-    (s * x + t * y + n * (1.0 - r * r).max(0.0).sqrt()).normalize()
+    (s * local.x + t * local.y + n * local.z).normalize()
 }

@@ -14,7 +14,7 @@ use crate::notes::Notes;
 use crate::photometry::environment::{Environment as Directions, Region};
 use crate::scene::light::MOST_PARTS;
 use crate::scene::light::environment::Surround;
-use crate::scene::light::sky::Axes;
+use crate::scene::light::sky::{Axes, Drawn};
 use crate::stream::meaning::Overrides;
 use crate::stream::reader::Input;
 use crate::stream::spool::Limits;
@@ -30,12 +30,11 @@ const EVERYWHERE: f64 = 0.02;
 
 /// A panorama that shines.
 pub struct Panorama {
-    axes: Axes,
     width: usize,
     height: usize,
     /// Factors of the three spectra.
     pixels: Vec<[f32; 3]>,
-    directions: Directions,
+    drawn: Drawn,
     integrals: [f64; 3],
 }
 
@@ -58,7 +57,7 @@ impl Panorama {
             let part = |d| f64::from(pixels[place(d)][i].max(0.0));
             *sum = Directions::new(Region::Sphere, [rows, 2 * rows], 0.0, part)?.integral();
         }
-        Ok(Panorama { axes, width, height, pixels, directions, integrals })
+        Ok(Panorama { width, height, pixels, drawn: Drawn::new(axes, directions), integrals })
     }
 }
 
@@ -97,17 +96,16 @@ impl Surround for Panorama {
     }
 
     fn factors(&self, direction: DVec3) -> [f32; MOST_PARTS] {
-        let [a, b, c] = self.pixels[place(self.axes.inward(direction), self.width, self.height)];
+        let [a, b, c] = self.pixels[place(self.drawn.inward(direction), self.width, self.height)];
         [a, b, c, 0.0, 0.0, 0.0]
     }
 
     fn choose(&self, u: [f64; 2]) -> (DVec3, f64) {
-        let (d, pdf) = self.directions.sample(u);
-        (self.axes.outward(d), pdf)
+        self.drawn.choose(u)
     }
 
     fn density(&self, direction: DVec3) -> f64 {
-        self.directions.pdf(self.axes.inward(direction))
+        self.drawn.density(direction)
     }
 
     fn integrals_sr(&self) -> [f64; MOST_PARTS] {

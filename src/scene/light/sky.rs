@@ -41,11 +41,40 @@ impl Axes {
     }
 }
 
+/// Directions drawn by brightness on a grid, in axes of the scene.
+pub struct Drawn {
+    axes: Axes,
+    directions: Directions,
+}
+
+impl Drawn {
+    /// A grid in these axes.
+    pub fn new(axes: Axes, directions: Directions) -> Drawn {
+        Drawn { axes, directions }
+    }
+
+    /// A direction of the scene in the grid's axes.
+    pub fn inward(&self, direction: DVec3) -> [f64; 3] {
+        self.axes.inward(direction)
+    }
+
+    /// See [`Surround::choose`].
+    pub fn choose(&self, u: [f64; 2]) -> (DVec3, f64) {
+        let (d, pdf) = self.directions.sample(u);
+        (self.axes.outward(d), pdf)
+    }
+
+    /// See [`Surround::density`].
+    pub fn density(&self, direction: DVec3) -> f64 {
+        self.directions.pdf(self.axes.inward(direction))
+    }
+}
+
 /// A CIE general sky; 1 at the zenith.
 pub struct General {
-    axes: Axes,
     sky: CieSky,
-    directions: Directions,
+    drawn: Drawn,
+    integral_sr: f64,
 }
 
 impl General {
@@ -54,7 +83,8 @@ impl General {
         let axes = Axes::new(up);
         let sky = CieSky::new(kind, axes.inward(sun))?;
         let directions = Directions::new(Region::Upper, GRID, EVERYWHERE, |d| sky.relative(d))?;
-        Ok(General { axes, sky, directions })
+        let integral_sr = directions.integral();
+        Ok(General { sky, drawn: Drawn::new(axes, directions), integral_sr })
     }
 
     /// Horizontal illuminance over the zenith's luminance, sr.
@@ -69,28 +99,26 @@ impl Surround for General {
     }
 
     fn factors(&self, direction: DVec3) -> [f32; MOST_PARTS] {
-        [self.sky.relative(self.axes.inward(direction)) as f32, 0.0, 0.0, 0.0, 0.0, 0.0]
+        [self.sky.relative(self.drawn.inward(direction)) as f32, 0.0, 0.0, 0.0, 0.0, 0.0]
     }
 
     fn choose(&self, u: [f64; 2]) -> (DVec3, f64) {
-        let (d, pdf) = self.directions.sample(u);
-        (self.axes.outward(d), pdf)
+        self.drawn.choose(u)
     }
 
     fn density(&self, direction: DVec3) -> f64 {
-        self.directions.pdf(self.axes.inward(direction))
+        self.drawn.density(direction)
     }
 
     fn integrals_sr(&self) -> [f64; MOST_PARTS] {
-        [self.directions.integral(), 0.0, 0.0, 0.0, 0.0, 0.0]
+        [self.integral_sr, 0.0, 0.0, 0.0, 0.0, 0.0]
     }
 }
 
 /// Preetham's sky: three spectra, the CIE daylight components.
 pub struct Clear {
-    axes: Axes,
     sky: ClearSky,
-    directions: Directions,
+    drawn: Drawn,
     integrals: [f64; 3],
 }
 
@@ -105,7 +133,7 @@ impl Clear {
             let part = Directions::new(Region::Upper, GRID, 0.0, |d| sky.coefficients(d)[i].max(0.0))?;
             *sum = part.integral();
         }
-        Ok(Clear { axes, sky, directions, integrals })
+        Ok(Clear { sky, drawn: Drawn::new(axes, directions), integrals })
     }
 
     /// Its spectra, W/sr/m2/nm.
@@ -120,17 +148,16 @@ impl Surround for Clear {
     }
 
     fn factors(&self, direction: DVec3) -> [f32; MOST_PARTS] {
-        let [a, b, c] = self.sky.coefficients(self.axes.inward(direction));
+        let [a, b, c] = self.sky.coefficients(self.drawn.inward(direction));
         [a as f32, b as f32, c as f32, 0.0, 0.0, 0.0]
     }
 
     fn choose(&self, u: [f64; 2]) -> (DVec3, f64) {
-        let (d, pdf) = self.directions.sample(u);
-        (self.axes.outward(d), pdf)
+        self.drawn.choose(u)
     }
 
     fn density(&self, direction: DVec3) -> f64 {
-        self.directions.pdf(self.axes.inward(direction))
+        self.drawn.density(direction)
     }
 
     fn integrals_sr(&self) -> [f64; MOST_PARTS] {
