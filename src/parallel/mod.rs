@@ -41,6 +41,17 @@ pub fn pool() -> bool {
     *POOL.get_or_init(|| threads() > 1 && build())
 }
 
+/// Gives rayon the number of threads that was asked for, one included, before work that uses it unasked (a library's, say):
+/// whoever comes first settles the number for the whole process.
+pub fn ready() {
+    if threads() > 1 {
+        pool();
+    } else {
+        // Fails only where it has been done already.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
+    }
+}
+
 /// Runs `f` over consecutive pieces of `data`, each a multiple of `unit` long, on all threads. `f` gets the index of the
 /// piece's first unit.
 pub fn for_pieces<T: Send>(data: &mut [T], unit: usize, f: impl Fn(usize, &mut [T]) + Sync) {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::{DVec3, Vec3A};
+use luxpipe::parallel;
 use luxpipe::render::estimate::{Effort, Estimate, Probe, Quantity, What, estimator};
 use luxpipe::render::sampler::Sampler;
 use luxpipe::scene::{Scene, load, ray};
@@ -89,6 +90,7 @@ const R: u32 = 16;
 impl Case {
     /// Measures all values: each until its standard error is `share` of its tolerance, or the time is up.
     pub fn measure(&self, share: f64, time: Duration) -> Vec<Got> {
+        parallel::set_threads(0);
         let start = Instant::now();
         let scenes: Vec<(Arc<Scene>, Arc<dyn Estimate>)> =
             self.scenes.par_iter().map(|(text, bounces)| estimator_of(text, *bounces)).collect();

@@ -173,6 +173,7 @@ impl Primitive {
 impl Tree {
     /// Over at least one item, fewer than [`Link::MOST`] of each kind.
     pub fn build(items: Items) -> Tree {
+        crate::parallel::ready();
         let boxes = items.bounds();
         let tree = Cut::new(Binary::clustered(&boxes), items).finish();
         if tree.stacked <= DEEPEST { tree } else { Tree::halved(items) }
@@ -180,6 +181,7 @@ impl Tree {
 
     /// The shallowest, for where the fastest stacks more than [`DEEPEST`].
     pub fn halved(items: Items) -> Tree {
+        crate::parallel::ready();
         Cut::new(Binary::halved(&items.bounds()), items).finish()
     }
 
