@@ -11,10 +11,13 @@ use glam::Vec3A;
 
 use crate::notes::Notes;
 use crate::render::film::{Bands, Film, Responses};
-use crate::render::lanes::{Diagonal, GROUP, Inks};
+use crate::render::inks::{Inks, Outline};
+use crate::render::lanes::GROUP;
 use crate::render::path::{MOST_BOUNCES, Tracer};
 use crate::render::sampler::Sampler;
+use crate::render::trail::{Arrived, Trail};
 use crate::scene::Scene;
+use crate::simd;
 use crate::spectral::{Observer, Sampling, Spectrum, builtin};
 use crate::units::K_M;
 use crate::{Error, Result, invalid};
@@ -162,16 +165,25 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
     let observer = Observer::cie1931()?;
     let Quantity { sampling, range_nm, seed, max_bounces, split, .. } = quantity.clone();
     let inks = Inks::<G>::new(&scene.inks, &scene.srgb, &sampling);
+    let counts = match quantity.what {
+        What::Spectrum => vec![1.0; sampling.count()],
+        What::Xyz | What::Lighting => {
+            let [x, y, z] = sampling.xyz_weights(&observer);
+            (0..sampling.count()).map(|i| x[i] + y[i] + z[i]).collect()
+        }
+    };
+    let outline = Outline::new(&scene.inks, &scene.srgb, &sampling, &counts);
     let endless = AtomicU64::new(0);
     let cmf = observer.cmf.each_ref().map(|c| c.scaled(K_M));
+    let paths = Paths { scene: scene.clone(), outline, seed, max_bounces, split, endless };
     Ok(match quantity.what {
         What::Spectrum => {
             let film = Bands::<G>::new(&lights, &sampling, &observer);
-            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split, endless })
+            Arc::new(Estimator { paths, film, inks })
         }
         What::Xyz => {
             let film = Responses::<G, 3>::new(&lights, &sampling, range_nm, &cmf);
-            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split, endless })
+            Arc::new(Estimator { paths, film, inks })
         }
         What::Lighting => {
             let opic = |n: &str| builtin::spectrum(&format!("alphaopic_{n}"));
@@ -179,27 +191,22 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
             let (s, m, l) = (opic("s_cone")?, opic("m_cone")?, opic("l_cone")?);
             let responses = [x, y, z, s, m, l, opic("rhodopic")?, opic("melanopic")?];
             let film = Responses::<G, 8>::new(&lights, &sampling, range_nm, &responses);
-            Arc::new(Estimator { scene, film, inks, seed, max_bounces, split, endless })
+            Arc::new(Estimator { paths, film, inks })
         }
     })
 }
 
-struct Estimator<const G: usize, F> {
+/// What paths need to know whatever the wavelengths.
+struct Paths {
     scene: Arc<Scene>,
-    film: F,
-    inks: Inks<G>,
+    outline: Outline,
     seed: u32,
     max_bounces: u32,
     split: u32,
     endless: AtomicU64,
 }
 
-impl<const G: usize, F: Film<Diagonal<G>>> Estimator<G, F> {
-    fn tracer(&self) -> Tracer<'_, Diagonal<G>, F> {
-        let Estimator { scene, film, inks, endless, max_bounces, split, .. } = self;
-        Tracer { scene, inks, film, max_bounces: *max_bounces, split: *split, endless }
-    }
-
+impl Paths {
     /// A ray from the eye through a place of the pixel.
     fn eye(&self, x: u32, y: u32, sampler: &Sampler) -> Option<(Vec3A, Vec3A)> {
         let camera = self.scene.camera.as_ref()?;
@@ -208,33 +215,63 @@ impl<const G: usize, F: Film<Diagonal<G>>> Estimator<G, F> {
         camera.ray(f64::from(x) + f64::from(place[0]), f64::from(y) + f64::from(place[1]), lens)
     }
 
-    /// Adds one path.
-    fn path(&self, probe: &Probe, index: u32, replicate: u32, sum: &mut F::Pixel) {
-        let tracer = self.tracer();
+    /// Follows one path and leaves its trail.
+    fn trace(&self, probe: &Probe, index: u32, replicate: u32, trail: &mut Trail) {
+        let Paths { scene, outline, endless, max_bounces, split, .. } = self;
+        let tracer = Tracer { scene, outline, max_bounces: *max_bounces, split: *split, endless };
         let seed = self.seed ^ replicate.wrapping_mul(0x9e37_79b9);
         match *probe {
             Probe::Pixel { x, y } => {
                 let sampler = Sampler::new(x, y, index, seed);
                 if let Some((origin, direction)) = self.eye(x, y, &sampler) {
-                    tracer.radiance(origin, direction, &sampler, sum);
+                    tracer.radiance(origin, direction, &sampler, trail);
                 }
             }
             Probe::Ray { origin, direction, number } => {
-                tracer.radiance(origin, direction, &numbered(number, index, seed), sum);
+                tracer.radiance(origin, direction, &numbered(number, index, seed), trail);
             }
             Probe::Irradiance { point, normal, number } => {
-                tracer.irradiance(point, normal, &numbered(number, index, seed), sum);
+                tracer.irradiance(point, normal, &numbered(number, index, seed), trail);
+            }
+        }
+    }
+}
+
+/// Paths with the wavelengths they carry and what becomes of them.
+struct Estimator<const G: usize, F> {
+    paths: Paths,
+    film: F,
+    inks: Inks<G>,
+}
+
+/// Room to work in.
+#[derive(Default)]
+struct Desk<const G: usize> {
+    trail: Trail,
+    arrived: Arrived<G>,
+}
+
+impl<const G: usize, F: Film<G>> Estimator<G, F> {
+    /// Paths `from..to` of all replicates.
+    fn add(&self, probe: &Probe, (from, to): (u32, u32), sums: &mut [F::Pixel], desk: &mut Desk<G>) {
+        for (replicate, sum) in sums.iter_mut().enumerate() {
+            for index in from..to {
+                desk.trail.clear();
+                self.paths.trace(probe, index, replicate as u32, &mut desk.trail);
+                self.expose(desk, sum);
             }
         }
     }
 
-    /// Paths `from..to` of all replicates.
-    fn add(&self, probe: &Probe, (from, to): (u32, u32), sums: &mut [F::Pixel]) {
-        for (replicate, sum) in sums.iter_mut().enumerate() {
-            for index in from..to {
-                self.path(probe, index, replicate as u32, sum);
-            }
-        }
+    fn expose(&self, desk: &mut Desk<G>, sum: &mut F::Pixel) {
+        simd::wide(
+            #[inline(always)]
+            || {
+                for (light, factors) in desk.arrived.follow(&desk.trail, &self.inks) {
+                    self.film.expose(sum, *light, factors);
+                }
+            },
+        );
     }
 }
 
@@ -251,23 +288,24 @@ fn unit(probe: &Probe) -> f64 {
     }
 }
 
-impl<const G: usize, F: Film<Diagonal<G>>> Estimate for Estimator<G, F> {
+impl<const G: usize, F: Film<G>> Estimate for Estimator<G, F> {
     fn components(&self) -> usize {
         self.film.components()
     }
 
     fn endless(&self) -> u64 {
-        self.endless.load(Ordering::Relaxed)
+        self.paths.endless.load(Ordering::Relaxed)
     }
 
     fn measure(&self, probes: &[Probe], effort: Effort, out: &mut [f32]) -> [Quality; NEIGHBOURS] {
         let mut quality = [Quality::default(); NEIGHBOURS];
         let n = self.film.components();
+        let mut desk = Desk::default();
         let (target, most) = match effort {
             Effort::Paths(paths) => {
                 for ((probe, out), quality) in probes.iter().zip(out.chunks_exact_mut(n)).zip(&mut quality) {
                     let mut sum = self.film.black();
-                    self.add(probe, (0, paths), std::slice::from_mut(&mut sum));
+                    self.add(probe, (0, paths), std::slice::from_mut(&mut sum), &mut desk);
                     let factor = unit(probe) / f64::from(paths);
                     self.film.develop(&sum, factor, out);
                     let luminance = self.film.luminance(&sum) * factor;
@@ -283,7 +321,7 @@ impl<const G: usize, F: Film<Diagonal<G>>> Estimate for Estimator<G, F> {
         let mut paths = FIRST_PATHS;
         while open.contains(&true) {
             for (i, probe) in probes.iter().enumerate().filter(|(i, _)| open[*i]) {
-                self.add(probe, (done[i], paths), &mut sums[i]);
+                self.add(probe, (done[i], paths), &mut sums[i], &mut desk);
                 done[i] = paths;
                 quality[i] = self.quality(probe, &sums[i], paths);
             }
@@ -303,7 +341,7 @@ impl<const G: usize, F: Film<Diagonal<G>>> Estimate for Estimator<G, F> {
     }
 }
 
-impl<const G: usize, F: Film<Diagonal<G>>> Estimator<G, F> {
+impl<const G: usize, F: Film<G>> Estimator<G, F> {
     fn quality(&self, probe: &Probe, sums: &[F::Pixel], paths: u32) -> Quality {
         let r = f64::from(REPLICATES);
         let factor = unit(probe) / f64::from(paths);

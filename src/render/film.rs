@@ -1,12 +1,11 @@
-//! Where light connections go: what a light's spectrum makes of a path's throughput.
+//! Where light arrives: what a pixel makes of a light's spectrum and what the way left of it.
 
-use crate::render::lanes::{Diagonal, Lanes, Throughput};
-use crate::scene::light::Emission;
+use crate::render::lanes::Lanes;
 use crate::spectral::spectrum::{breaks, gauss};
 use crate::spectral::{Observer, Sampling, Spectrum};
 
-/// Turns connections into a pixel's components.
-pub trait Film<T: Throughput>: Send + Sync {
+/// Turns light into a pixel's components.
+pub trait Film<const G: usize>: Send + Sync {
     /// A pixel's sum.
     type Pixel: Clone + Send;
 
@@ -16,8 +15,8 @@ pub trait Film<T: Throughput>: Send + Sync {
     /// A pixel without light.
     fn black(&self) -> Self::Pixel;
 
-    /// Adds `weight` times what the emission sends along `path`.
-    fn connect(&self, pixel: &mut Self::Pixel, emission: &Emission, weight: f32, path: &T);
+    /// Adds the spectrum of light number `light` times a factor a wavelength.
+    fn expose(&self, pixel: &mut Self::Pixel, light: u32, factors: &Lanes<G>);
 
     /// Luminance of a sum, for its error: cd/m2, or, of bands without visible light, any positive sum of them.
     fn luminance(&self, pixel: &Self::Pixel) -> f64;
@@ -48,7 +47,7 @@ impl<const G: usize> Bands<G> {
     }
 }
 
-impl<const G: usize> Film<Diagonal<G>> for Bands<G> {
+impl<const G: usize> Film<G> for Bands<G> {
     type Pixel = [[f64; 8]; G];
 
     fn components(&self) -> usize {
@@ -60,14 +59,11 @@ impl<const G: usize> Film<Diagonal<G>> for Bands<G> {
     }
 
     #[inline(always)]
-    fn connect(&self, pixel: &mut Self::Pixel, emission: &Emission, weight: f32, path: &Diagonal<G>) {
-        for k in 0..emission.count as usize {
-            let weight = weight * emission.parts[k];
-            let light = &self.emission[emission.light as usize + k];
-            for (g, sums) in pixel.iter_mut().enumerate() {
-                for (i, sum) in sums.iter_mut().enumerate() {
-                    *sum += f64::from(weight * (path.0.0[g][i] * light.0[g][i]));
-                }
+    fn expose(&self, pixel: &mut Self::Pixel, light: u32, factors: &Lanes<G>) {
+        let light = &self.emission[light as usize];
+        for ((sums, factors), light) in pixel.iter_mut().zip(&factors.0).zip(&light.0) {
+            for i in 0..8 {
+                sums[i] += f64::from(factors[i] * light[i]);
             }
         }
     }
@@ -147,7 +143,7 @@ fn hat_weights(light: &Spectrum, response: &Spectrum, nm: &[f64], range_nm: (f64
     weights
 }
 
-impl<const G: usize, const R: usize> Film<Diagonal<G>> for Responses<G, R> {
+impl<const G: usize, const R: usize> Film<G> for Responses<G, R> {
     type Pixel = [f64; R];
 
     fn components(&self) -> usize {
@@ -159,12 +155,9 @@ impl<const G: usize, const R: usize> Film<Diagonal<G>> for Responses<G, R> {
     }
 
     #[inline(always)]
-    fn connect(&self, pixel: &mut [f64; R], emission: &Emission, weight: f32, path: &Diagonal<G>) {
-        for k in 0..emission.count as usize {
-            let weight = weight * emission.parts[k];
-            for (sum, row) in pixel.iter_mut().zip(&self.weights[emission.light as usize + k]) {
-                *sum += f64::from(weight * row.dot(&path.0));
-            }
+    fn expose(&self, pixel: &mut [f64; R], light: u32, factors: &Lanes<G>) {
+        for (sum, row) in pixel.iter_mut().zip(&self.weights[light as usize]) {
+            *sum += f64::from(row.dot(factors));
         }
     }
 

@@ -1,8 +1,8 @@
 //! Path tracing with next event estimation and multiple importance sampling [Veach 1997].
 //!
 //! Where a path meets a surface one of the material's lobes is chosen by lot; the lamps are asked for light through that
-//! lobe, and the path goes on along it. What a lobe does to the wavelengths is a tint that the throughput applies; where it
-//! goes is the same for all of them.
+//! lobe, and the path goes on along it. Where it goes is the same for all wavelengths. What happens to them is noted on the
+//! path's [`Trail`]; on the way only an outline of it is known, eight numbers that say how much the path still carries.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -10,9 +10,10 @@ use glam::Vec3A;
 
 use crate::material::kernel::lambert::Lambert;
 use crate::material::{Kernel, Lobe, Lobes, Tint};
-use crate::render::film::Film;
-use crate::render::lanes::Throughput;
+use crate::render::inks::Outline;
+use crate::render::lanes::Lanes;
 use crate::render::sampler::Sampler;
+use crate::render::trail::Trail;
 use crate::scene::light::{Aim, Lamp};
 use crate::scene::{Hit, Scene, ray};
 
@@ -20,8 +21,6 @@ use crate::scene::{Hit, Scene, ray};
 /// box and a mesh (docs/performance.md).
 const ROULETTE_FROM: u32 = 1;
 const ODDS: f32 = 2.0;
-/// Bounces from one look through all wavelengths to the next.
-const LOOKS: u32 = 4;
 /// The same between mirrors.
 const MIRRORS: u32 = 32;
 /// A path that has not ended by now never will: in a closed room of white walls light has no end.
@@ -32,13 +31,11 @@ const FIRST_PAIR: u32 = 2;
 const PAIRS: u32 = 3;
 
 /// Traces paths through a scene. Cheap to make.
-pub struct Tracer<'a, T: Throughput, F> {
+pub struct Tracer<'a> {
     /// What is there.
     pub scene: &'a Scene,
-    /// Its spectra in lanes.
-    pub inks: &'a T::Inks,
-    /// What light makes of a path.
-    pub film: &'a F,
+    /// Outlines of its spectra.
+    pub outline: &'a Outline,
     /// Most bounces that are asked for.
     pub max_bounces: u32,
     /// Paths that go on from the first surface that the eye sees, and looks at its lamps, from 1: most of what makes a picture
@@ -50,8 +47,7 @@ pub struct Tracer<'a, T: Throughput, F> {
 
 /// A path on its way.
 #[derive(Clone)]
-struct State<T> {
-    path: T,
+struct State {
     origin: Vec3A,
     direction: Vec3A,
     way: Way,
@@ -60,8 +56,14 @@ struct State<T> {
     weight: f32,
     /// What it would carry on white surfaces.
     share: f32,
-    /// At least the path's largest factor: products of the tints' own are cheaper than looking through all wavelengths.
-    bound: f32,
+    /// What the tints have left of each eighth of the wavelengths.
+    outline: Lanes<1>,
+}
+
+impl State {
+    fn new(origin: Vec3A, direction: Vec3A, way: Way) -> State {
+        State { origin, direction, way, bounce: 0, weight: 1.0, share: 1.0, outline: Lanes::splat(1.0) }
+    }
 }
 
 /// How a path came by its direction.
@@ -117,75 +119,62 @@ impl Meeting {
     }
 }
 
-impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
-    /// Follows one path from the eye and adds what it finds to `pixel`: radiance.
-    pub fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, pixel: &mut F::Pixel) {
-        let path = T::identity(self.inks);
-        let mut state =
-            State { path, origin, direction, way: Way::Straight, bounce: 0, weight: 1.0, share: 1.0, bound: 1.0 };
-        let Some((meeting, lobe)) = self.arrive(&mut state, sampler, pixel) else { return };
+impl<'a> Tracer<'a> {
+    /// Follows one path from the eye and leaves its trail: radiance.
+    pub fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
+        let mut state = State::new(origin, direction, Way::Straight);
+        let Some((meeting, lobe)) = self.arrive(&mut state, sampler, trail) else { return };
         if self.split == 1 || lobe.kernel.is_specular() {
-            if self.go_on(&mut state, &meeting, &lobe, sampler, pixel) {
-                self.follow(state, sampler, pixel);
+            if self.go_on(&mut state, &meeting, &lobe, sampler, trail) {
+                self.follow(state, sampler, trail);
             }
             return;
         }
         state.share = 1.0 / self.split as f32;
         state.weight *= state.share;
+        trail.fork();
         for k in 0..self.split {
             let (mut state, sampler) = (state.clone(), sampler.branch(k, self.split));
-            if self.go_on(&mut state, &meeting, &lobe, &sampler, pixel) {
-                self.follow(state, &sampler, pixel);
+            trail.branch();
+            if self.go_on(&mut state, &meeting, &lobe, &sampler, trail) {
+                self.follow(state, &sampler, trail);
             }
         }
     }
 
-    /// Follows one path from a point and adds what falls on it: irradiance over pi, as a white matt surface would show it.
-    pub fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, pixel: &mut F::Pixel) {
+    /// Follows one path from a point and leaves the trail of what falls on it: irradiance over pi, as a white matt surface would
+    /// show it.
+    pub fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         static WHITE: Lambert = Lambert { through: false };
         let (x, y) = ray::frame(normal);
         let meeting = Meeting { side: normal, point, axes: [x, y, normal], out: Vec3A::Z };
         let lobe = Lobe { kernel: &WHITE, tint: Tint::None, factor: 1.0, odds: 1.0 };
-        let path = T::identity(self.inks);
-        self.look_at_light(&meeting, &lobe, &path, 1.0, sampler.pair(0), pixel);
+        self.look_at_light(&meeting, &lobe, 1.0, sampler.pair(0), trail);
         if let Some(turn) = WHITE.sample(Vec3A::Z, sampler.pair(1)) {
             let (origin, normal) = meeting.start(false);
             let way = Way::Lobe { pdf: turn.pdf, from: origin, normal };
-            self.follow(
-                State {
-                    path,
-                    origin,
-                    direction: meeting.world(turn.inc),
-                    way,
-                    bounce: 0,
-                    weight: 1.0,
-                    share: 1.0,
-                    bound: 1.0,
-                },
-                sampler,
-                pixel,
-            );
+            self.follow(State::new(origin, meeting.world(turn.inc), way), sampler, trail);
         }
     }
 
     /// Follows a path to its end.
-    fn follow(&self, mut state: State<T>, sampler: &Sampler, pixel: &mut F::Pixel) {
-        while let Some((meeting, lobe)) = self.arrive(&mut state, sampler, pixel) {
-            if !self.go_on(&mut state, &meeting, &lobe, sampler, pixel) {
+    fn follow(&self, mut state: State, sampler: &Sampler, trail: &mut Trail) {
+        while let Some((meeting, lobe)) = self.arrive(&mut state, sampler, trail) {
+            if !self.go_on(&mut state, &meeting, &lobe, sampler, trail) {
                 return;
             }
         }
     }
 
     /// Goes to the next surface, takes its light and chooses a lobe by lot; `None` where the path ends there.
-    fn arrive(&self, state: &mut State<T>, sampler: &Sampler, pixel: &mut F::Pixel) -> Option<(Meeting, Lobe<'a>)> {
+    fn arrive(&self, state: &mut State, sampler: &Sampler, trail: &mut Trail) -> Option<(Meeting, Lobe<'a>)> {
         let Some(hit) = self.scene.geometry.closest(state.origin, state.direction) else {
-            self.leave(state, pixel);
+            self.leave(state, trail);
             return None;
         };
         let front = hit.normal.dot(state.direction) < 0.0;
         if let Some(lamp) = hit.surface.emitter.filter(|_| front) {
-            self.meet(lamp as usize, &hit, state, pixel);
+            self.meet(lamp as usize, &hit, state, trail);
         }
         if state.bounce >= self.max_bounces {
             return None;
@@ -210,33 +199,23 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         };
         state.weight *= lobe.factor;
         if !lobe.tint.turns() {
-            state.bound *= state.path.tint(self.inks, &lobe.tint, 1.0);
+            self.tint(state, &lobe.tint, 1.0, trail);
         }
         Some((meeting, lobe))
     }
 
     /// Asks the lamps through a lobe and leaves the surface along it; false where the path ends by lot or has nowhere to go.
-    fn go_on(
-        &self,
-        state: &mut State<T>,
-        meeting: &Meeting,
-        lobe: &Lobe,
-        sampler: &Sampler,
-        pixel: &mut F::Pixel,
-    ) -> bool {
-        let pair = FIRST_PAIR + PAIRS * state.bounce;
+    fn go_on(&self, state: &mut State, meeting: &Meeting, lobe: &Lobe, sampler: &Sampler, trail: &mut Trail) -> bool {
+        let [lots, for_lamp, for_turn] = sampler.three(FIRST_PAIR + PAIRS * state.bounce);
         if !lobe.kernel.is_specular() {
-            self.look_at_light(meeting, lobe, &state.path, state.weight, sampler.pair(pair + 1), pixel);
+            self.look_at_light(meeting, lobe, state.weight, for_lamp, trail);
         }
-        let Some(turn) = lobe.kernel.sample(meeting.out, sampler.pair(pair + 2)) else { return false };
+        let Some(turn) = lobe.kernel.sample(meeting.out, for_turn) else { return false };
         if lobe.tint.turns() {
-            state.bound *= state.path.tint(self.inks, &lobe.tint, meeting.cos_half(turn.inc));
+            self.tint(state, &lobe.tint, meeting.cos_half(turn.inc), trail);
         }
         state.weight *= turn.weight;
-        if state.bounce % LOOKS == LOOKS - 1 {
-            state.bound = state.path.largest();
-        }
-        let carried = state.weight * state.bound;
+        let carried = state.weight * self.outline.value(&state.outline);
         if carried <= 0.0 {
             return false;
         }
@@ -244,7 +223,7 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         // Chains of mirrors are short as a rule, and what comes at their end is worth its price.
         let from = if lobe.kernel.is_specular() { MIRRORS } else { ROULETTE_FROM };
         if state.bounce >= from && odds < 1.0 {
-            if sampler.pair(pair)[1] >= odds {
+            if lots[1] >= odds {
                 return false;
             }
             state.weight /= odds;
@@ -265,8 +244,14 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         true
     }
 
+    /// Notes what a surface does to the wavelengths.
+    fn tint(&self, state: &mut State, tint: &Tint, cos_half: f32, trail: &mut Trail) {
+        self.outline.tint(&mut state.outline, tint, cos_half);
+        trail.tint(tint, cos_half);
+    }
+
     /// A path ran into a lamp: weighed against the chance of having aimed at it.
-    fn meet(&self, lamp: usize, hit: &Hit, state: &State<T>, pixel: &mut F::Pixel) {
+    fn meet(&self, lamp: usize, hit: &Hit, state: &State, trail: &mut Trail) {
         let Lamp::Area(emitter) = &self.scene.lamps[lamp] else { return };
         let weight = match state.way {
             Way::Straight => 1.0,
@@ -275,11 +260,11 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
                 power_heuristic(pdf, if chance > 0.0 { emitter.pdf(from, hit.point, hit.normal) * chance } else { 0.0 })
             }
         };
-        self.film.connect(pixel, &emitter.emission(), weight * state.weight, &state.path);
+        trail.light(&emitter.emission(), weight * state.weight, 0);
     }
 
     /// A path left the scene: what lies beyond.
-    fn leave(&self, state: &State<T>, pixel: &mut F::Pixel) {
+    fn leave(&self, state: &State, trail: &mut Trail) {
         for lamp in self.scene.tree.distant() {
             let Some((emission, pdf)) = self.scene.lamps[lamp].beyond(state.direction) else { continue };
             let weight = match state.way {
@@ -288,13 +273,12 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
                     power_heuristic(by_lobe, pdf * self.scene.tree.chance(lamp, from, Some(normal)))
                 }
             };
-            self.film.connect(pixel, &emission, weight * state.weight, &state.path);
+            trail.light(&emission, weight * state.weight, 0);
         }
     }
 
     /// Next event estimation: one place on one lamp, weighed against the chance of running into it.
-    #[allow(clippy::too_many_arguments)]
-    fn look_at_light(&self, at: &Meeting, lobe: &Lobe, path: &T, share: f32, mut u: [f32; 2], pixel: &mut F::Pixel) {
+    fn look_at_light(&self, at: &Meeting, lobe: &Lobe, share: f32, mut u: [f32; 2], trail: &mut Trail) {
         let scene = self.scene;
         let transmits = lobe.kernel.transmits();
         let (from, normal) = at.start(transmits);
@@ -319,15 +303,13 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
             } else {
                 value.f_cos / chance
             };
-        if open && !lobe.tint.turns() {
-            return self.film.connect(pixel, &aim.emission, weight, path);
-        }
-        let mut path = path.clone();
+        let before = trail.len();
         if lobe.tint.turns() {
-            path.tint(self.inks, &lobe.tint, at.cos_half(inc));
+            trail.tint(&lobe.tint, at.cos_half(inc));
         }
-        if open || self.see_through(from, chosen, &aim, &mut path) {
-            self.film.connect(pixel, &aim.emission, weight, &path);
+        match if open { Some(1.0) } else { self.see_through(from, chosen, &aim, trail) } {
+            Some(share) => trail.light(&aim.emission, weight * share, trail.len() - before),
+            None => trail.truncate(before),
         }
     }
 
@@ -343,30 +325,31 @@ impl<'a, T: Throughput, F: Film<T>> Tracer<'a, T, F> {
         }
     }
 
-    /// Looks at a lamp through panes, which tint the path; false where something opaque stands between.
-    fn see_through(&self, mut from: Vec3A, lamp: usize, aim: &Aim, path: &mut T) -> bool {
+    /// Looks at a lamp through panes and notes their tints; what they leave of all wavelengths alike, or `None` where something
+    /// opaque stands between.
+    fn see_through(&self, mut from: Vec3A, lamp: usize, aim: &Aim, trail: &mut Trail) -> Option<f32> {
         const MOST_PANES: usize = 64;
+        let mut share = 1.0;
         for _ in 0..MOST_PANES {
-            let open = self.is_open(from, lamp, aim);
-            if open {
-                return true;
+            if self.is_open(from, lamp, aim) {
+                return Some(share);
             }
-            let Some(hit) = self.scene.geometry.closest(from, aim.direction) else { return true };
+            let Some(hit) = self.scene.geometry.closest(from, aim.direction) else { return Some(share) };
             let material = &self.scene.materials[hit.surface.material as usize];
             if !material.is_clear() {
-                return false;
+                return None;
             }
             let front = hit.normal.dot(aim.direction) < 0.0;
             let (site, shading) = self.scene.site(&hit, front);
             let meeting = Meeting::new(&hit, front, shading, aim.direction);
             let mut lobes = Lobes::default();
             material.lobes(&site, meeting.out, &mut lobes);
-            let Some(lobe) = lobes.iter().find(|l| l.kernel.is_straight()) else { return false };
-            path.tint(self.inks, &lobe.tint, 1.0);
-            path.scale(lobe.factor);
+            let lobe = lobes.iter().find(|l| l.kernel.is_straight())?;
+            trail.tint(&lobe.tint, 1.0);
+            share *= lobe.factor;
             from = meeting.start(true).0;
         }
-        false
+        None
     }
 }
 

@@ -56,13 +56,12 @@ pub trait Kernel: Send + Sync {
 /// A point of the unit disk from two numbers in 0..1, areas kept, squares to rings (Shirley and Chiu 1997).
 pub fn disk(u: [f32; 2]) -> [f32; 2] {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    let (r, phi) = if a * a > b * b {
-        (a, std::f32::consts::FRAC_PI_4 * (b / a))
-    } else if b != 0.0 {
-        (b, std::f32::consts::FRAC_PI_2 - std::f32::consts::FRAC_PI_4 * (a / b))
-    } else {
-        (0.0, 0.0)
-    };
-    let (sin, cos) = phi.sin_cos();
-    [r * cos, r * sin]
+    let flat = a * a > b * b;
+    let (r, other) = if flat { (a, b) } else { (b, a) };
+    // Within an eighth of a turn a few terms of the series are as good as floats.
+    let phi = std::f32::consts::FRAC_PI_4 * if r != 0.0 { other / r } else { 0.0 };
+    let p2 = phi * phi;
+    let sin = phi * (1.0 + p2 * (-1.0 / 6.0 + p2 * (1.0 / 120.0 + p2 * (-1.0 / 5040.0))));
+    let cos = 1.0 + p2 * (-0.5 + p2 * (1.0 / 24.0 + p2 * (-1.0 / 720.0 + p2 * (1.0 / 40320.0))));
+    if flat { [r * cos, r * sin] } else { [r * sin, r * cos] }
 }

@@ -5,7 +5,7 @@
 //! rounded products, and rounding is monotonic: its sign is right or it is zero, and zero counts as inside on both sides of
 //! the edge. So no ray passes between two surfaces that share corners.
 
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 
 use super::eight::Eight;
 use super::ray::Ray;
@@ -42,9 +42,11 @@ impl<const N: usize> Block<N> {
         self.ids[lane] = id;
     }
 
-    /// Corners of the surface in a lane.
-    pub fn get(&self, lane: usize) -> [Vec3A; N] {
-        self.corners.map(|rows| Vec3A::from_array(rows.map(|row| row[lane])))
+    /// A corner of the surface in a lane.
+    #[inline]
+    pub fn corner(&self, corner: usize, lane: usize) -> Vec3A {
+        let [x, y, z] = &self.corners[corner];
+        Vec3A::new(x[lane & 7], y[lane & 7], z[lane & 7])
     }
 
     /// A corner relative to the ray's origin: across the ray sheared, along it as it is. No closure here or below goes through
@@ -69,45 +71,44 @@ fn edge<S: Eight>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> S::F {
     s.sub(s.mul(a[0], b[1]), s.mul(a[1], b[0]))
 }
 
-/// A corner relative to the ray's origin, across the ray.
-fn across(corner: Vec3A, ray: &Ray) -> [f32; 2] {
-    let [x, y, z] = ray.axes;
-    let p = (corner - ray.origin).to_array();
-    [p[x] - ray.shear[0] * p[z], p[y] - ray.shear[1] * p[z]]
-}
-
-fn area(a: [f32; 2], b: [f32; 2]) -> f32 {
-    a[0] * b[1] - a[1] * b[0]
-}
-
-/// Fractions along two sides from a corner as a point of the plane they span. A surface that is a mere line has no plane
-/// and perhaps no fractions: it faces the ray, and the corner will do.
+/// Where a ray crosses a surface with sides u and v at a corner, a distance t away: the place, the unit normal, and fractions
+/// of the sides. The place is a sum along the surface: it lies on it as well as floats can say. `most` bounds the second
+/// fraction where rounding went beyond the surface.
 #[inline(always)]
-fn spanned(corner: Vec3A, u: Vec3A, v: Vec3A, at: [f32; 2], ray: &Ray) -> (Vec3A, Vec3A, [f32; 2]) {
-    let at = if at[0].is_finite() && at[1].is_finite() { at } else { [0.0, 0.0] };
+fn locate([corner, u, v]: [Vec3A; 3], ray: &Ray, t: f32, most: impl Fn(f32) -> f32) -> (Vec3A, Vec3A, [f32; 2]) {
+    let (from, across) = (ray.origin + ray.direction * t - corner, u.cross(v));
+    let squared = across.length_squared();
+    let (normal, [a, b]) = if squared > 1e-30 && squared < 1e30 {
+        let scale = 1.0 / squared;
+        (across * scale.sqrt(), [from.cross(v).dot(across) * scale, u.cross(from).dot(across) * scale])
+    } else {
+        extreme(u, v, from, ray.direction)
+    };
+    let a = a.clamp(0.0, 1.0);
+    let b = b.clamp(0.0, most(a));
+    (corner + u * a + v * b, normal, [a, b])
+}
+
+/// Normal and fractions of surfaces so small or large that squares leave the range of floats. One that is a mere line has no
+/// plane and perhaps no fractions: it faces the ray, and the corner will do.
+#[cold]
+fn extreme(u: Vec3A, v: Vec3A, from: Vec3A, direction: Vec3A) -> (Vec3A, [f32; 2]) {
+    let (u, v, from) = (u.as_dvec3(), v.as_dvec3(), from.as_dvec3());
     let across = u.cross(v);
     let squared = across.length_squared();
-    let normal = if squared > 1e-30 && squared < 1e30 { across * (1.0 / squared.sqrt()) } else { unit(across, ray) };
-    (corner + u * at[0] + v * at[1], normal, at)
-}
-
-/// For surfaces so small or large that squares leave the range of floats.
-#[cold]
-fn unit(across: Vec3A, ray: &Ray) -> Vec3A {
-    let normal = across / across.abs().max_element();
-    let normal = if normal.is_finite() { normal } else { -ray.direction / ray.direction.abs().max_element() };
-    normal.normalize()
+    if squared <= 0.0 {
+        return (-direction.as_dvec3().normalize().as_vec3a(), [0.0, 0.0]);
+    }
+    let fraction = |c: DVec3| (c.dot(across) / squared) as f32;
+    (across.normalize().as_vec3a(), [fraction(from.cross(v)), fraction(u.cross(from))])
 }
 
 impl Triangles {
     /// Point, unit normal and weights of the second and third corner where a ray crosses a lane's triangle.
     #[inline]
-    pub fn locate(&self, lane: usize, ray: &Ray) -> (Vec3A, Vec3A, [f32; 2]) {
-        let corners = self.get(lane);
-        let [a, b, c] = corners.map(|p| across(p, ray));
-        let (u, v, w) = (area(b, c), area(c, a), area(a, b));
-        let whole = 1.0 / (u + v + w);
-        spanned(corners[0], corners[1] - corners[0], corners[2] - corners[0], [v * whole, w * whole], ray)
+    pub fn locate(&self, lane: usize, ray: &Ray, t: f32) -> (Vec3A, Vec3A, [f32; 2]) {
+        let [a, b, c] = [0, 1, 2].map(|i| self.corner(i, lane));
+        locate([a, b - a, c - a], ray, t, |x| 1.0 - x)
     }
 }
 
@@ -119,11 +120,9 @@ impl Quads {
 
     /// Point, unit normal and fractions of u and v where a ray crosses a lane's parallelogram.
     #[inline]
-    pub fn locate(&self, lane: usize, ray: &Ray) -> (Vec3A, Vec3A, [f32; 2]) {
-        let corners = self.get(lane);
-        let [a, b, c, d] = corners.map(|p| across(p, ray));
-        let (ab, bc, cd, da) = (area(a, b), area(b, c), area(c, d), area(d, a));
-        spanned(corners[0], corners[1] - corners[0], corners[3] - corners[0], [da / (bc + da), ab / (ab + cd)], ray)
+    pub fn locate(&self, lane: usize, ray: &Ray, t: f32) -> (Vec3A, Vec3A, [f32; 2]) {
+        let [a, b, d] = [0, 1, 3].map(|i| self.corner(i, lane));
+        locate([a, b - a, d - a], ray, t, |_| 1.0)
     }
 }
 

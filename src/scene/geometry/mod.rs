@@ -322,12 +322,12 @@ impl Tree {
         match found.link.kind() {
             Link::TRIANGLES => {
                 let block = &self.triangles[index];
-                let (point, normal, bary) = block.locate(lane, ray);
+                let (point, normal, bary) = block.locate(lane, ray, found.t);
                 Place { point, normal, bary, primitive: block.ids[lane & 7] }
             }
             Link::QUADS => {
                 let block = &self.quads[index];
-                let (point, normal, bary) = block.locate(lane, ray);
+                let (point, normal, bary) = block.locate(lane, ray, found.t);
                 Place { point, normal, bary, primitive: block.ids[lane & 7] }
             }
             _ => {

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3A};
 
 use crate::scene::light::disk::SphericalEllipse;
+use crate::scene::light::rectangle::{Quick, SphericalRectangle};
 use crate::scene::light::{Aim, Emission};
 use crate::scene::ray;
 
@@ -36,6 +37,8 @@ struct Flat {
     triangle: bool,
     normal: Vec3A,
     area: f32,
+    /// Lengths of the sides.
+    size: [f32; 2],
     middle: Vec3A,
     /// Squared distance of the middle from which on it is far.
     far2: f32,
@@ -62,6 +65,7 @@ impl Flat {
             triangle,
             normal: cross.normalize().as_vec3a(),
             area: area as f32,
+            size: [u.length() as f32, v.length() as f32],
             middle: middle.as_vec3a(),
             far2: (far * far) as f32,
         })
@@ -70,6 +74,18 @@ impl Flat {
     #[inline]
     fn is_far(&self, from: Vec3A) -> bool {
         (self.middle - from).length_squared() > self.far2
+    }
+
+    /// From nearer: a rectangle by its solid angle where single precision has the digits for it.
+    #[inline]
+    fn quick(&self, from: Vec3A) -> Option<Quick> {
+        if self.triangle { None } else { Quick::new(from, self.corner, self.sides, self.size, self.normal) }
+    }
+
+    fn place_near(&self, from: Vec3A, seen: &Quick, sample: [f32; 2]) -> Place {
+        let [a, b] = seen.sample(sample);
+        let point = self.corner + self.sides[0] * a + self.sides[1] * b;
+        Place { point, normal: self.normal, direction: (point - from).normalize(), pdf: 1.0 / seen.solid_angle }
     }
 
     fn place(&self, from: Vec3A, [s, t]: [f32; 2]) -> Option<Place> {
@@ -210,6 +226,14 @@ impl Emitter {
         if let Some(flat) = self.flat.as_ref().filter(|f| f.is_far(from)) {
             return flat.place(from, sample);
         }
+        if let Some(flat) = &self.flat {
+            if flat.normal.dot(from - flat.corner) <= 0.0 {
+                return None;
+            }
+            if let Some(seen) = flat.quick(from) {
+                return Some(flat.place_near(from, &seen, sample));
+            }
+        }
         let from = from.as_dvec3();
         let s = sample.map(f64::from);
         let (point, normal, pdf) = match &self.shape {
@@ -274,6 +298,9 @@ impl Emitter {
             let squared = to.length_squared();
             return squared * squared.sqrt() / (to.dot(flat.normal).abs() * flat.area);
         }
+        if let Some(seen) = self.flat.as_ref().and_then(|f| f.quick(from)) {
+            return 1.0 / seen.solid_angle;
+        }
         let from = from.as_dvec3();
         let by_area = || area_pdf(from, point.as_dvec3(), normal.as_dvec3(), self.area_m2());
         let by_angle = |angle: f64| if angle > SMALL { 1.0 / angle } else { by_area() };
@@ -331,69 +358,6 @@ fn aim_at_sphere(from: DVec3, center: DVec3, radius: f64, inward: bool, s: [f64;
     let along = distance * cos - (radius * radius - distance * distance * sin2).max(0.0).sqrt();
     let out = (from + direction * along - center).normalize();
     Some((center + out * radius, out, 1.0 / (2.0 * PI * one_minus_cos)))
-}
-
-/// A rectangle as seen from a point [Urena 2013], its names.
-struct SphericalRectangle {
-    from: DVec3,
-    axes: [DVec3; 3],
-    x0: f64,
-    x1: f64,
-    y0: f64,
-    y1: f64,
-    z0: f64,
-    b0: f64,
-    b1: f64,
-    k: f64,
-    solid_angle: f64,
-}
-
-impl SphericalRectangle {
-    fn new(from: DVec3, corner: DVec3, u: DVec3, v: DVec3) -> Self {
-        let (x, y) = (u.normalize(), v.normalize());
-        let mut z = x.cross(y);
-        let d = corner - from;
-        let mut z0 = d.dot(z);
-        if z0 > 0.0 {
-            (z, z0) = (-z, -z0);
-        }
-        let (x0, y0) = (d.dot(x), d.dot(y));
-        let (x1, y1) = (x0 + u.length(), y0 + v.length());
-        // Components z of the normals of the four planes through the eye and a side.
-        let nz = |a0: f64, a1: f64, b: f64| {
-            let n = DVec3::new(a0, b, z0).cross(DVec3::new(a1, b, z0));
-            n.z / n.length()
-        };
-        let n0 = nz(x0, x1, y0);
-        let n1 = {
-            let n = DVec3::new(x1, y0, z0).cross(DVec3::new(x1, y1, z0));
-            n.z / n.length()
-        };
-        let n2 = nz(x1, x0, y1);
-        let n3 = {
-            let n = DVec3::new(x0, y1, z0).cross(DVec3::new(x0, y0, z0));
-            n.z / n.length()
-        };
-        let angle = |a: f64, b: f64| (-a * b).clamp(-1.0, 1.0).acos();
-        // The normals' x and y parts are at right angles for neighbours, so that only z enters the angles between them.
-        let (g0, g1, g2, g3) = (angle(n0, n1), angle(n1, n2), angle(n2, n3), angle(n3, n0));
-        let k = 2.0 * PI - g2 - g3;
-        SphericalRectangle { from, axes: [x, y, z], x0, x1, y0, y1, z0, b0: n0, b1: n2, k, solid_angle: g0 + g1 - k }
-    }
-
-    fn sample(&self, s: [f64; 2]) -> DVec3 {
-        let au = s[0] * self.solid_angle + self.k;
-        let fu = (au.cos() * self.b0 - self.b1) / au.sin();
-        let cu = (1f64.copysign(fu) / (fu * fu + self.b0 * self.b0).sqrt()).clamp(-1.0, 1.0);
-        let xu = (-(cu * self.z0) / (1.0 - cu * cu).max(1e-300).sqrt()).clamp(self.x0, self.x1);
-        let d = (xu * xu + self.z0 * self.z0).sqrt();
-        let h0 = self.y0 / (d * d + self.y0 * self.y0).sqrt();
-        let h1 = self.y1 / (d * d + self.y1 * self.y1).sqrt();
-        let h = h0 + s[1] * (h1 - h0);
-        let yv = if h * h < 1.0 - 1e-15 { h * d / (1.0 - h * h).sqrt() } else { self.y1 };
-        let [x, y, z] = self.axes;
-        self.from + x * xu + y * yv.clamp(self.y0, self.y1) + z * self.z0
-    }
 }
 
 /// A triangle as seen from a point [Arvo 1995], its names.

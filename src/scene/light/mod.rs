@@ -6,6 +6,7 @@ pub mod environment;
 pub mod luminaire;
 pub mod picture;
 pub mod point;
+mod rectangle;
 pub mod sky;
 pub mod sun;
 pub mod tree;

@@ -1,0 +1,142 @@
+//! What happened to light on the way, noted from the eye on and worked out from the lamps back: light is tinted, more light
+//! joins it, both are tinted.
+//!
+//! Carried from the eye forward, every lamp that a path finds would have to be weighed with all the path's wavelengths (3 K
+//! products for XYZ). Backward it is K sums where it joins and K products a surface, and 3 K products once, at the eye. A path of
+//! polarised or fluorescing light gains more: what comes back is a vector a wavelength or a spectrum, not a matrix.
+
+use crate::material::Tint;
+use crate::render::inks::Inks;
+use crate::render::lanes::Lanes;
+use crate::scene::light::Emission;
+
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    /// All that is noted after this goes through it.
+    Tint(Tint, f32),
+    /// Light spectrum times a weight. The `aside` tints noted just before it are its alone.
+    Light { light: u32, weight: f32, aside: u32 },
+    /// Several branches start here.
+    Fork,
+    /// One of them.
+    Branch,
+}
+
+/// A path's notes. Emptied and used again for the next.
+#[derive(Clone, Debug, Default)]
+pub struct Trail {
+    steps: Vec<Step>,
+}
+
+impl Trail {
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.steps.clear();
+    }
+
+    /// Number of notes.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Nothing happened.
+    pub fn is_empty(&self) -> bool {
+        self.steps.is_empty()
+    }
+
+    /// Forgets what came after the first `len` notes.
+    pub fn truncate(&mut self, len: usize) {
+        self.steps.truncate(len);
+    }
+
+    /// What comes after this is tinted by it.
+    #[inline]
+    pub fn tint(&mut self, tint: &Tint, cos_half: f32) {
+        if *tint != Tint::None {
+            self.steps.push(Step::Tint(*tint, cos_half));
+        }
+    }
+
+    /// Light joins, with a weight; the last `aside` tints are on its way alone.
+    #[inline]
+    pub fn light(&mut self, emission: &Emission, weight: f32, aside: usize) {
+        for k in 0..emission.count as usize {
+            // The tints stand before the last part; each of the others has a copy of them.
+            let tints = self.steps.len() - aside..self.steps.len();
+            let (light, weight) = (emission.light + k as u32, weight * emission.parts[k]);
+            self.steps.push(Step::Light { light, weight, aside: aside as u32 });
+            if aside > 0 && k + 1 < emission.count as usize {
+                self.steps.extend_from_within(tints);
+            }
+        }
+    }
+
+    /// The path splits: [`Trail::branch`] starts each of its branches.
+    pub fn fork(&mut self) {
+        self.steps.push(Step::Fork);
+    }
+
+    /// What comes after this goes through what came before the fork.
+    pub fn branch(&mut self) {
+        self.steps.push(Step::Branch);
+    }
+}
+
+/// What arrives at the eye of each light spectrum, as factors of it.
+#[derive(Clone, Debug, Default)]
+pub struct Arrived<const G: usize> {
+    /// Of the branch that is being worked on.
+    here: Vec<(u32, Lanes<G>)>,
+    /// Of the branches that were.
+    joined: Vec<(u32, Lanes<G>)>,
+}
+
+#[inline(always)]
+fn find<const G: usize>(among: &mut Vec<(u32, Lanes<G>)>, light: u32) -> &mut Lanes<G> {
+    let i = among.iter().position(|l| l.0 == light).unwrap_or_else(|| {
+        among.push((light, Lanes::splat(0.0)));
+        among.len() - 1
+    });
+    &mut among[i].1
+}
+
+impl<const G: usize> Arrived<G> {
+    /// Follows a trail back to the eye. Returns the number of each light that has come, and its factors.
+    #[inline(always)]
+    pub fn follow(&mut self, trail: &Trail, inks: &Inks<G>) -> &[(u32, Lanes<G>)] {
+        self.here.clear();
+        self.joined.clear();
+        let mut left = trail.steps.len();
+        while left > 0 {
+            left -= 1;
+            match &trail.steps[left] {
+                Step::Tint(tint, cos_half) => {
+                    // A loop: a closure would be compiled for the baseline.
+                    for (_, lanes) in &mut self.here {
+                        inks.tint(lanes, tint, *cos_half);
+                    }
+                }
+                Step::Light { light, weight, aside: 0 } => find(&mut self.here, *light).add(*weight),
+                Step::Light { light, weight, aside } => {
+                    let mut lanes = Lanes::splat(*weight);
+                    let from = left - *aside as usize;
+                    for step in &trail.steps[from..left] {
+                        if let Step::Tint(tint, cos_half) = step {
+                            inks.tint(&mut lanes, tint, *cos_half);
+                        }
+                    }
+                    find(&mut self.here, *light).add_scaled(&lanes, 1.0);
+                    left = from;
+                }
+                Step::Branch => {
+                    for (light, lanes) in self.here.drain(..) {
+                        find(&mut self.joined, light).add_scaled(&lanes, 1.0);
+                    }
+                }
+                Step::Fork => std::mem::swap(&mut self.here, &mut self.joined),
+            }
+        }
+        &self.here
+    }
+}
