@@ -18,6 +18,8 @@ use luxpipe::scene::ray::{cosine_direction, offset};
 
 const WIDTH: usize = 512;
 const RUNS: usize = 7;
+/// Half the Cornell box, mm.
+const MIDDLE: f32 = 278.0;
 const NAMES: [&str; 6] =
     ["primary, closest", "primary, any", "diffuse, closest", "diffuse, any", "shuffled, closest", "shuffled, any"];
 
@@ -31,7 +33,8 @@ fn main() -> std::io::Result<()> {
     let mesh = room();
     let box_ = cornell();
     scene("mesh", mesh, [vec3a(0.0, 4.5, -13.0), vec3a(0.0, 3.6, 0.0)], width, runs, peer.as_deref())?;
-    scene("Cornell box", box_, [vec3a(278.0, 273.0, -800.0), vec3a(278.0, 273.0, 0.0)], width, runs, peer.as_deref())?;
+    let view = [vec3a(278.0, 273.0, -800.0), vec3a(278.0, 273.0, 0.0)].map(framed);
+    scene("Cornell box", box_, view, width, runs, peer.as_deref())?;
     build(if runs > 1 { 707 } else { 50 }, runs.min(3));
     Ok(())
 }
@@ -304,5 +307,19 @@ fn cornell() -> Vec<Primitive> {
         ];
         all.extend(sides.map(|(corner, u, v)| Primitive::Parallelogram { corner, u, v }));
     }
-    all
+    all.iter().map(in_frame).collect()
+}
+
+/// Where the box's millimetres lie in the numbers that rays are traced in.
+fn framed(place: Vec3A) -> Vec3A {
+    (place - Vec3A::splat(MIDDLE)) / MIDDLE
+}
+
+fn in_frame(primitive: &Primitive) -> Primitive {
+    match *primitive {
+        Primitive::Parallelogram { corner, u, v } => {
+            Primitive::Parallelogram { corner: framed(corner), u: u / MIDDLE, v: v / MIDDLE }
+        }
+        other => other,
+    }
 }
