@@ -377,3 +377,29 @@ fn faults_of_scenes_name_their_place() {
         fails("spectrace", &[&stage.path(), "--irradiance"], b"", 1, word);
     }
 }
+
+/// Every thread that is asked for works: the clock ticks of each, read while the program runs.
+#[cfg(target_os = "linux")]
+#[test]
+fn all_threads_work() {
+    let stage = Stage::new(&room(0.5, LAMP));
+    let mut child = std::process::Command::new(program("spectrace"))
+        .args([&stage.path(), "--quiet", "--threads", "3", "--time", "3"])
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let tasks = format!("/proc/{}/task", child.id());
+    let ticks = |task: fs::DirEntry| {
+        let stat = fs::read_to_string(task.path().join("stat")).unwrap_or_default();
+        let after_name = stat.rsplit(')').next().unwrap_or_default().to_string();
+        after_name.split_whitespace().nth(11).and_then(|t| t.parse::<u64>().ok()).unwrap_or(0)
+    };
+    let mut working = 0;
+    while child.try_wait().unwrap().is_none() {
+        let now = fs::read_dir(&tasks).map_or(0, |all| all.flatten().map(ticks).filter(|t| *t >= 5).count());
+        working = working.max(now);
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(child.wait().unwrap().success());
+    assert!(working >= 3, "{working} of 3 threads worked");
+}

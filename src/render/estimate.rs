@@ -166,13 +166,13 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
     let Quantity { sampling, range_nm, seed, max_bounces, split, .. } = quantity.clone();
     let inks = Inks::<G>::new(&scene.inks, &scene.srgb, &sampling);
     let counts = match quantity.what {
-        What::Spectrum => vec![1.0; sampling.count()],
+        What::Spectrum => None,
         What::Xyz | What::Lighting => {
             let [x, y, z] = sampling.xyz_weights(&observer);
-            (0..sampling.count()).map(|i| x[i] + y[i] + z[i]).collect()
+            Some((0..sampling.count()).map(|i| x[i] + y[i] + z[i]).collect::<Vec<f64>>())
         }
     };
-    let outline = Outline::new(&scene.inks, &scene.srgb, &sampling, &counts);
+    let outline = Outline::new(&scene.inks, &scene.srgb, &sampling, counts.as_deref());
     let endless = AtomicU64::new(0);
     let cmf = observer.cmf.each_ref().map(|c| c.scaled(K_M));
     let paths = Paths { scene: scene.clone(), outline, seed, max_bounces, split, endless };

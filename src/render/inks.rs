@@ -83,20 +83,22 @@ impl<const G: usize> Inks<G> {
 }
 
 /// Eight numbers for any number of wavelengths: how much a path still carries of what counts, near enough for the lots that
-/// decide whether it goes on. Each stands for an eighth of the wavelengths, by their mean: a path is worth the same however
+/// decide whether it goes on. Each stands for an eighth of the wavelengths, by their mean: a path is worth about the same however
 /// finely its wavelengths are divided, and never nothing where there is something.
 pub struct Outline {
     inks: Inks<1>,
-    shares: Lanes<1>,
+    /// How much each eighth counts in a sum; `None` where every wavelength is asked for by itself, and the largest counts.
+    shares: Option<Lanes<1>>,
 }
 
 impl Outline {
-    /// `counts` says how much each wavelength counts in what is asked for; where none does, all do.
-    pub fn new(inks: &[Ink], rgb: &[Spectrum; 3], sampling: &Sampling, counts: &[f64]) -> Outline {
-        let each = counts.len().div_ceil(GROUP);
-        let total: f64 = counts.iter().sum();
-        let all = vec![1.0; counts.len()];
-        let counts = if total > 0.0 { counts } else { &all };
+    /// `counts` says how much each wavelength counts in the sums that are asked for, `None` that each is asked for by itself;
+    /// where none counts, all do.
+    pub fn new(inks: &[Ink], rgb: &[Spectrum; 3], sampling: &Sampling, counts: Option<&[f64]>) -> Outline {
+        let each = sampling.count().div_ceil(GROUP);
+        let all = vec![1.0; sampling.count()];
+        let summed = counts.is_some();
+        let counts = counts.filter(|c| c.iter().sum::<f64>() > 0.0).unwrap_or(&all);
         let sums: Vec<f64> = counts.chunks(each).map(|c| c.iter().sum()).collect();
         let total: f64 = sums.iter().sum();
         let mean = |values: &[f64], counts: &[f64], sum: f64| match sum {
@@ -109,7 +111,7 @@ impl Outline {
             Lanes::from_values(&parts.map(|((v, c), sum)| mean(v, c, *sum)).collect::<Vec<_>>())
         };
         let shares = Lanes::from_values(&sums.iter().map(|s| s / total).collect::<Vec<_>>());
-        Outline { inks: Inks::by(inks, rgb, lanes), shares }
+        Outline { inks: Inks::by(inks, rgb, lanes), shares: summed.then_some(shares) }
     }
 
     /// What a tint leaves.
@@ -121,6 +123,9 @@ impl Outline {
     /// How much that is in all.
     #[inline]
     pub fn value(&self, carried: &Lanes<1>) -> f32 {
-        carried.dot(&self.shares)
+        match &self.shares {
+            Some(shares) => carried.dot(shares),
+            None => carried.largest(),
+        }
     }
 }

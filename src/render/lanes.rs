@@ -90,4 +90,14 @@ impl<const G: usize> Lanes<G> {
         let pairs = [sums[0] + sums[4], sums[1] + sums[5], sums[2] + sums[6], sums[3] + sums[7]];
         (pairs[0] + pairs[2]) + (pairs[1] + pairs[3])
     }
+
+    /// The largest lane; lanes are not negative, and those beyond the last wavelength do not count where they are 0.
+    #[inline(always)]
+    pub fn largest(&self) -> f32 {
+        let mut top = [0f32; GROUP];
+        for a in &self.0 {
+            top = each(top, *a, |a, b| if b > a { b } else { a });
+        }
+        top.into_iter().fold(0.0, |a, b| if b > a { b } else { a })
+    }
 }

@@ -140,3 +140,54 @@ impl<const G: usize> Arrived<G> {
         &self.here
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::{Base, Ink};
+    use crate::spectral::{Sampling, Spectrum};
+
+    /// Followed backward a trail gives what is carried forward by hand: through a fork, with tints that are a lamp's alone.
+    #[test]
+    fn back_is_forth() {
+        let ramp = |a: f64, b: f64| Spectrum::from_points(vec![(400.0, a), (700.0, b)]).unwrap();
+        let spectra = [ramp(0.1, 0.9), ramp(0.8, 0.3), ramp(0.5, 0.6)];
+        let sampling = Sampling::bins(400.0, 700.0, 11).unwrap();
+        let basis = [ramp(1.0, 0.0), ramp(0.0, 1.0), ramp(0.0, 0.0)];
+        let inks = Inks::<2>::new(&spectra.clone().map(Ink::Reflectance), &basis, &sampling);
+        let ink = |i: u32| Tint::Base(Base::Ink(i));
+        let mut trail = Trail::default();
+        trail.light(&Emission::one(3, 2.0), 0.5, 0);
+        trail.tint(&ink(0), 1.0);
+        trail.fork();
+        trail.branch();
+        trail.tint(&ink(2), 1.0);
+        let two = Emission { light: 3, count: 2, parts: [1.0, 0.25, 0.0, 0.0, 0.0, 0.0] };
+        trail.light(&two, 4.0, 1);
+        trail.tint(&ink(1), 1.0);
+        trail.light(&Emission::one(7, 1.0), 3.0, 0);
+        trail.branch();
+        trail.tint(&Tint::None, 1.0);
+        trail.tint(&Tint::Base(Base::Rgb([0.5, 0.25, 0.0])), 1.0);
+        trail.light(&Emission::one(7, 1.0), 8.0, 0);
+        let mut arrived = Arrived::default();
+        let arrived = arrived.follow(&trail, &inks);
+        let mut lights: Vec<u32> = arrived.iter().map(|l| l.0).collect();
+        lights.sort_unstable();
+        assert_eq!(lights, [3, 4, 7]);
+        let [a, b, c] = spectra.map(|s| sampling.sample(&s));
+        let [x, y, _] = basis.map(|s| sampling.sample(&s));
+        for i in 0..sampling.count() {
+            let want = [
+                (3, 1.0 + 4.0 * a[i] * c[i]),
+                (4, 0.25 * 4.0 * a[i] * c[i]),
+                (7, a[i] * (b[i] * 3.0 + (0.5 * x[i] + 0.25 * y[i]) * 8.0)),
+            ];
+            for (light, want) in want {
+                let lanes = &arrived.iter().find(|l| l.0 == light).unwrap().1;
+                let got = f64::from(lanes.0.as_flattened()[i]);
+                assert!((got - want).abs() < 1e-5 * want, "light {light}, wavelength {i}: {got} for {want}");
+            }
+        }
+    }
+}

@@ -5,6 +5,9 @@ use glam::Vec3A;
 
 use crate::scene::light::Lamp;
 
+/// Least chance of either half of a node that can give anything.
+const LEAST: f32 = 0.02;
+
 /// What is known of the lights below a node.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
@@ -185,7 +188,11 @@ impl LightTree {
     /// Chance of the first of a pair of children.
     fn share(&self, first: usize, from: Vec3A, normal: Option<Vec3A>) -> Option<f32> {
         let [a, b] = [first, first + 1].map(|i| self.nodes[i].bounds.importance(from, normal));
-        (a + b > 0.0).then(|| a / (a + b))
+        (a + b > 0.0).then(|| {
+            let share = a / (a + b);
+            // What promises most may be hidden: the other is looked at as well, unless it can give nothing at all.
+            if a > 0.0 && b > 0.0 { share.clamp(LEAST, 1.0 - LEAST) } else { share }
+        })
     }
 
     /// Chooses a lamp with a number in 0..1, which comes back stretched to 0..1 for further use, and its chance; `None`
