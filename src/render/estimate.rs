@@ -167,12 +167,9 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
     let inks = Inks::<G>::new(&scene.inks, &scene.srgb, &sampling);
     let counts = match quantity.what {
         What::Spectrum => None,
-        What::Xyz | What::Lighting => {
-            let [x, y, z] = sampling.xyz_weights(&observer);
-            Some((0..sampling.count()).map(|i| x[i] + y[i] + z[i]).collect::<Vec<f64>>())
-        }
+        What::Xyz | What::Lighting => Some(sampling.xyz_weights(&observer)),
     };
-    let outline = Outline::new(&scene.inks, &scene.srgb, &sampling, counts.as_deref());
+    let outline = Outline::new(&scene.inks, &scene.srgb, &sampling, counts.as_ref());
     let endless = AtomicU64::new(0);
     let cmf = observer.cmf.each_ref().map(|c| c.scaled(K_M));
     let paths = Paths { scene: scene.clone(), outline, seed, max_bounces, split, endless };

@@ -87,20 +87,26 @@ impl<const G: usize> Inks<G> {
 /// finely its wavelengths are divided, and never nothing where there is something.
 pub struct Outline {
     inks: Inks<1>,
-    /// How much each eighth counts in a sum; `None` where every wavelength is asked for by itself, and the largest counts.
-    shares: Option<Lanes<1>>,
+    /// How much each eighth counts in X, Y and Z: the largest of the three sums is what a path is worth. `None` where every
+    /// wavelength is asked for by itself, and the largest counts.
+    shares: Option<[Lanes<1>; 3]>,
 }
 
 impl Outline {
-    /// `counts` says how much each wavelength counts in the sums that are asked for, `None` that each is asked for by itself;
-    /// where none counts, all do.
-    pub fn new(inks: &[Ink], rgb: &[Spectrum; 3], sampling: &Sampling, counts: Option<&[f64]>) -> Outline {
+    /// `counts` says how much each wavelength counts in three sums, `None` that each is asked for by itself; where none counts in
+    /// a sum, all do.
+    pub fn new(inks: &[Ink], rgb: &[Spectrum; 3], sampling: &Sampling, counts: Option<&[Vec<f64>; 3]>) -> Outline {
         let each = sampling.count().div_ceil(GROUP);
         let all = vec![1.0; sampling.count()];
-        let summed = counts.is_some();
-        let counts = counts.filter(|c| c.iter().sum::<f64>() > 0.0).unwrap_or(&all);
+        let or_all = |c: &[f64]| if c.iter().sum::<f64>() > 0.0 { c.to_vec() } else { all.clone() };
+        let share = |c: &[f64]| {
+            let (c, total) = (or_all(c), or_all(c).iter().sum::<f64>());
+            Lanes::from_values(&c.chunks(each).map(|c| c.iter().sum::<f64>() / total).collect::<Vec<_>>())
+        };
+        let shares = counts.map(|c| c.each_ref().map(|c| share(c.as_slice())));
+        let joint = |[x, y, z]: &[Vec<f64>; 3]| (0..all.len()).map(|i| x[i] + y[i] + z[i]).collect::<Vec<_>>();
+        let counts = counts.map_or_else(|| all.clone(), |c| or_all(&joint(c)));
         let sums: Vec<f64> = counts.chunks(each).map(|c| c.iter().sum()).collect();
-        let total: f64 = sums.iter().sum();
         let mean = |values: &[f64], counts: &[f64], sum: f64| match sum {
             0.0 => values.iter().sum::<f64>() / values.len() as f64,
             sum => values.iter().zip(counts).map(|(v, c)| v * c).sum::<f64>() / sum,
@@ -110,8 +116,7 @@ impl Outline {
             let parts = values.chunks(each).zip(counts.chunks(each)).zip(&sums);
             Lanes::from_values(&parts.map(|((v, c), sum)| mean(v, c, *sum)).collect::<Vec<_>>())
         };
-        let shares = Lanes::from_values(&sums.iter().map(|s| s / total).collect::<Vec<_>>());
-        Outline { inks: Inks::by(inks, rgb, lanes), shares: summed.then_some(shares) }
+        Outline { inks: Inks::by(inks, rgb, lanes), shares }
     }
 
     /// What a tint leaves.
@@ -124,7 +129,10 @@ impl Outline {
     #[inline]
     pub fn value(&self, carried: &Lanes<1>) -> f32 {
         match &self.shares {
-            Some(shares) => carried.dot(shares),
+            Some(shares) => {
+                let [x, y, z] = [0, 1, 2].map(|i| carried.dot(&shares[i]));
+                x.max(y).max(z)
+            }
             None => carried.largest(),
         }
     }
