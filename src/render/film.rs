@@ -1,6 +1,6 @@
 //! Where light arrives: what a pixel makes of a light's spectrum and what the way left of it.
 
-use crate::render::lanes::Lanes;
+use crate::render::lanes::{GROUP, Lanes};
 use crate::spectral::spectrum::{breaks, gauss};
 use crate::spectral::{Observer, Sampling, Spectrum};
 
@@ -48,21 +48,21 @@ impl<const G: usize> Bands<G> {
 }
 
 impl<const G: usize> Film<G> for Bands<G> {
-    type Pixel = [[f64; 8]; G];
+    type Pixel = [[f64; GROUP]; G];
 
     fn components(&self) -> usize {
         self.count
     }
 
     fn black(&self) -> Self::Pixel {
-        [[0.0; 8]; G]
+        [[0.0; GROUP]; G]
     }
 
     #[inline(always)]
     fn expose(&self, pixel: &mut Self::Pixel, light: u32, factors: &Lanes<G>) {
         let light = &self.emission[light as usize];
         for ((sums, factors), light) in pixel.iter_mut().zip(&factors.0).zip(&light.0) {
-            for i in 0..8 {
+            for i in 0..GROUP {
                 sums[i] += f64::from(factors[i] * light[i]);
             }
         }

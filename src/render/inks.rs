@@ -100,7 +100,8 @@ impl Outline {
         let all = vec![1.0; sampling.count()];
         let or_all = |c: &[f64]| if c.iter().sum::<f64>() > 0.0 { c.to_vec() } else { all.clone() };
         let share = |c: &[f64]| {
-            let (c, total) = (or_all(c), or_all(c).iter().sum::<f64>());
+            let c = or_all(c);
+            let total: f64 = c.iter().sum();
             Lanes::from_values(&c.chunks(each).map(|c| c.iter().sum::<f64>() / total).collect::<Vec<_>>())
         };
         let shares = counts.map(|c| c.each_ref().map(|c| share(c.as_slice())));

@@ -7,8 +7,7 @@ use crate::simd;
 #[derive(Clone, Debug)]
 pub struct Sampler {
     seed: u32,
-    index: u32,
-    /// Its bits from the other end.
+    /// The sample's number, its bits from the other end.
     reversed: u32,
 }
 
@@ -20,14 +19,14 @@ impl Sampler {
     /// Sample number `index` of the pixel at (x, y).
     pub fn new(x: u32, y: u32, index: u32, seed: u32) -> Sampler {
         let pixel = hash(hash(x ^ hash(seed)) ^ y);
-        Sampler { seed: pixel, index, reversed: index.reverse_bits() }
+        Sampler { seed: pixel, reversed: index.reverse_bits() }
     }
 
     /// The points of path `k` of `count` into which this sample's path splits: one net over all samples and splits.
     #[inline]
     pub fn branch(&self, k: u32, count: u32) -> Sampler {
-        let index = self.index.wrapping_mul(count).wrapping_add(k);
-        Sampler { seed: self.seed ^ 0x85eb_ca6b, index, reversed: index.reverse_bits() }
+        let index = self.reversed.reverse_bits().wrapping_mul(count).wrapping_add(k);
+        Sampler { seed: self.seed ^ 0x85eb_ca6b, reversed: index.reverse_bits() }
     }
 
     /// Point number `pair` of the unit square: dimensions 2 pair and 2 pair + 1.
@@ -39,13 +38,6 @@ impl Sampler {
         [unit(scramble(index, hash(seed ^ FIRST))), unit(scramble(pascal(index), hash(seed ^ SECOND)))]
     }
 
-    #[inline(always)]
-    fn of_pair(&self, pair: u32) -> u32 {
-        hash(self.seed.wrapping_add(pair.wrapping_mul(0x9e37_79b9)))
-    }
-}
-
-impl Sampler {
     /// Points number `pair`, `pair` + 1 and `pair` + 2, side by side in the processor: the same as [`Sampler::pair`] gives.
     #[inline]
     pub fn three(&self, pair: u32) -> [[f32; 2]; 3] {
@@ -67,6 +59,11 @@ impl Sampler {
             },
         );
         [0, 1, 2].map(|i| [out[i], out[i + 4]])
+    }
+
+    #[inline(always)]
+    fn of_pair(&self, pair: u32) -> u32 {
+        hash(self.seed.wrapping_add(pair.wrapping_mul(0x9e37_79b9)))
     }
 }
 

@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3A};
 
 use super::eight::Eight;
 use super::ray::Ray;
+use crate::simd;
 
 /// Surfaces of N corners: `corners[c][axis][lane]`. Lanes without a surface have all corners in one point.
 #[derive(Clone, Copy, Debug)]
@@ -84,8 +85,8 @@ fn locate([corner, u, v]: [Vec3A; 3], ray: &Ray, t: f32, most: impl Fn(f32) -> f
     } else {
         extreme(u, v, from, ray.direction)
     };
-    let a = a.clamp(0.0, 1.0);
-    let b = b.clamp(0.0, most(a));
+    let a = simd::bound(a, 0.0, 1.0);
+    let b = simd::bound(b, 0.0, most(a));
     (corner + u * a + v * b, normal, [a, b])
 }
 
