@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use luxpipe::color::Xy;
 use luxpipe::notes::Notes;
+use luxpipe::render::sampler::shared_well;
 use luxpipe::stream::Block;
 use luxpipe::stream::meaning::Overrides;
 use luxpipe::stream::reader::{self, Input};
@@ -77,12 +78,12 @@ impl Programs {
         Made { renders: Renders { channels, pictures: vec![pixels] }, cpu, white }
     }
 
-    /// Samples a pixel that take `cpu` seconds, from a short run and a longer one.
+    /// Samples a pixel that take at most `cpu` seconds and share it well, as `--time` chooses them: from a short run and a longer one.
     pub fn samples_for(&self, scene: &str, cpu: f64, options: &str) -> u32 {
         let (few, more) = (8, 40);
         let first = self.trace(scene, few, 1, options);
         let each = (self.trace(scene, more, 1, options) - first) / f64::from(more - few);
-        ((cpu - (first - f64::from(few) * each).max(0.0)) / each).max(2.0) as u32
+        shared_well(((cpu - (first - f64::from(few) * each).max(0.0)) / each).max(2.0) as u32)
     }
 
     /// Mitsuba's chunks until `cpu` seconds have passed; `None` where it is not there or fails.

@@ -56,7 +56,7 @@ pub struct Spectrace {
     #[arg(long, value_name = "N", default_value_t = 64, help_heading = "Effort")]
     pub samples: u32,
     /// Paths that go on from the first surface of each, and look at its lamps
-    #[arg(long, value_name = "N", default_value_t = 2, help_heading = "Effort")]
+    #[arg(long, value_name = "N", default_value_t = 4, help_heading = "Effort")]
     pub split: u32,
     /// As many paths as each pixel needs for this relative standard error of Y
     #[arg(long, value_name = "E", conflicts_with = "time", help_heading = "Effort")]

@@ -131,8 +131,8 @@ impl Outline {
     pub fn value(&self, carried: &Lanes<1>) -> f32 {
         match &self.shares {
             Some(shares) => {
-                let [x, y, z] = [0, 1, 2].map(|i| carried.dot(&shares[i]));
-                x.max(y).max(z)
+                let [x, y, z] = shares;
+                carried.dot(x).max(carried.dot(y)).max(carried.dot(z))
             }
             None => carried.largest(),
         }

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::notes::Notes;
 use crate::render::checkpoint::Checkpoint;
 use crate::render::estimate::{Effort, Estimate, NEIGHBOURS, Probe, Quality, Quantity, What, estimator, note_endless};
+use crate::render::sampler::shared_well;
 use crate::scene::Scene;
 use crate::stream::{Block, Components, Header, Picture, Resolution, Units};
 use crate::{Result, invalid, parallel};
@@ -158,7 +159,7 @@ fn runs(width: usize, first: usize, rows: usize) -> Vec<(usize, usize, usize)> {
     (first..first + rows).flat_map(row).collect()
 }
 
-/// As many paths a pixel as take the time: a trial on pixels spread over the picture, a twentieth of the time long.
+/// As many paths a pixel as fit into the time and share a pixel well: a trial on pixels spread over the picture, a twentieth of the time long.
 fn paths_within(estimate: &dyn Estimate, time: Duration, (width, first, end): (usize, usize, usize)) -> u32 {
     let start = Instant::now();
     let n = estimate.components();
@@ -191,7 +192,7 @@ fn paths_within(estimate: &dyn Estimate, time: Duration, (width, first, end): (u
     }
     let left = time.saturating_sub(start.elapsed()).as_secs_f64();
     let rate = done as f64 / took.as_secs_f64().max(1e-9);
-    ((rate * left / pixels as f64) as u32).max(1)
+    shared_well(((rate * left / pixels as f64) as u32).max(1))
 }
 
 impl Rendering {

@@ -67,6 +67,18 @@ impl Sampler {
     }
 }
 
+/// The largest number up to `count` that shares a pixel well: a sum of three powers of two that follow each other, so that its
+/// points are a few whole nets.
+///
+/// ```
+/// # use luxpipe::render::sampler::shared_well;
+/// assert_eq!([1, 7, 64, 666, 900].map(shared_well), [1, 7, 64, 640, 896]);
+/// ```
+pub fn shared_well(count: u32) -> u32 {
+    let low = count.max(1).ilog2().saturating_sub(2);
+    count >> low << low
+}
+
 /// Sobol's second dimension with its bits reversed: the Pascal matrix modulo 2, a sum over supersets of each bit index.
 #[inline(always)]
 fn pascal(mut x: u32) -> u32 {

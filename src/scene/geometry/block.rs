@@ -108,7 +108,7 @@ impl Triangles {
     /// Point, unit normal and weights of the second and third corner where a ray crosses a lane's triangle.
     #[inline]
     pub fn locate(&self, lane: usize, ray: &Ray, t: f32) -> (Vec3A, Vec3A, [f32; 2]) {
-        let [a, b, c] = [0, 1, 2].map(|i| self.corner(i, lane));
+        let (a, b, c) = (self.corner(0, lane), self.corner(1, lane), self.corner(2, lane));
         locate([a, b - a, c - a], ray, t, |x| 1.0 - x)
     }
 }
@@ -122,7 +122,7 @@ impl Quads {
     /// Point, unit normal and fractions of u and v where a ray crosses a lane's parallelogram.
     #[inline]
     pub fn locate(&self, lane: usize, ray: &Ray, t: f32) -> (Vec3A, Vec3A, [f32; 2]) {
-        let [a, b, d] = [0, 1, 3].map(|i| self.corner(i, lane));
+        let (a, b, d) = (self.corner(0, lane), self.corner(1, lane), self.corner(3, lane));
         locate([a, b - a, d - a], ray, t, |_| 1.0)
     }
 }

@@ -27,18 +27,17 @@ pub struct Ray {
 /// direction of no larger component is none.
 const TINY: f32 = 1e-18;
 
+/// For the axis of the largest component: the two others in turn, then it.
+const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
 impl Ray {
     /// `None` where origin or direction are no numbers to trace with. `low` and `high` bound the tree.
     #[inline(always)]
     pub fn new(origin: Vec3A, direction: Vec3A, low: Vec3A, high: Vec3A) -> Option<Ray> {
         let size = direction.abs();
-        let axes = if size.x > size.y && size.x > size.z {
-            [1, 2, 0]
-        } else if size.y > size.z {
-            [2, 0, 1]
-        } else {
-            [0, 1, 2]
-        };
+        // By sums and a table: which axis it is no processor guesses.
+        let (x, y) = ((size.x > size.y) & (size.x > size.z), size.y > size.z);
+        let axes = AXES[usize::from(!x) * (2 - usize::from(y))];
         let d = direction.to_array();
         let longest = d[axes[2]];
         if !(origin.is_finite() && direction.is_finite() && longest.abs() >= TINY) {
@@ -58,7 +57,7 @@ impl Ray {
             inverse,
             near: (origin + ahead).to_array(),
             far: (origin - ahead).to_array(),
-            sign: [0, 1, 2].map(|k| usize::from(d[k].is_sign_negative())),
+            sign: [(d[0].to_bits() >> 31) as usize, (d[1].to_bits() >> 31) as usize, (d[2].to_bits() >> 31) as usize],
             axes,
             shear: [d[axes[0]] * scale, d[axes[1]] * scale, scale],
         })

@@ -77,11 +77,12 @@ impl Flat {
     }
 
     /// From nearer: a rectangle by its solid angle where single precision has the digits for it.
-    #[inline]
+    #[inline(never)]
     fn quick(&self, from: Vec3A) -> Option<Quick> {
         if self.triangle { None } else { Quick::new(from, self.corner, self.sides, self.size, self.normal) }
     }
 
+    #[inline(never)]
     fn place_near(&self, from: Vec3A, seen: &Quick, sample: [f32; 2]) -> Place {
         let [a, b] = seen.sample(sample);
         let point = self.corner + self.sides[0] * a + self.sides[1] * b;
@@ -97,10 +98,13 @@ impl Flat {
         };
         let point = self.corner + self.sides[0] * a + self.sides[1] * b;
         let to = point - from;
-        let squared = to.length_squared();
-        let direction = to / squared.sqrt();
-        let cos = -direction.dot(self.normal);
-        (cos > 0.0).then(|| Place { point, normal: self.normal, direction, pdf: squared / (cos * self.area) })
+        let along = -to.dot(self.normal);
+        (along > 0.0).then(|| {
+            let squared = to.length_squared();
+            let distance = squared.sqrt();
+            let pdf = squared * distance / (along * self.area);
+            Place { point, normal: self.normal, direction: to / distance, pdf }
+        })
     }
 }
 
@@ -216,12 +220,14 @@ impl Emitter {
     }
 
     /// Aims at its light as seen from a place.
+    #[inline]
     pub fn aim(&self, from: Vec3A, u: [f32; 2]) -> Option<Aim> {
         let Place { point, normal, direction, pdf } = self.place(from, u)?;
         Some(Aim { direction, point: Some(ray::offset(point, normal)), pdf, emission: self.emission() })
     }
 
     /// Chooses a place as seen from `from`; `None` where the front cannot be seen.
+    #[inline]
     fn place(&self, from: Vec3A, sample: [f32; 2]) -> Option<Place> {
         if let Some(flat) = self.flat.as_ref().filter(|f| f.is_far(from)) {
             return flat.place(from, sample);
@@ -234,6 +240,12 @@ impl Emitter {
                 return Some(flat.place_near(from, &seen, sample));
             }
         }
+        self.place_exactly(from, sample)
+    }
+
+    /// In double precision.
+    #[inline(never)]
+    fn place_exactly(&self, from: Vec3A, sample: [f32; 2]) -> Option<Place> {
         let from = from.as_dvec3();
         let s = sample.map(f64::from);
         let (point, normal, pdf) = match &self.shape {

@@ -67,6 +67,7 @@ pub enum Lamp {
 
 impl Lamp {
     /// Chooses where to look for its light as seen from a place; `None` where none of it can be seen.
+    #[inline]
     pub fn aim(&self, from: Vec3A, u: [f32; 2]) -> Option<Aim> {
         match self {
             Lamp::Area(e) => e.aim(from, u),
