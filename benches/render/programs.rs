@@ -78,7 +78,8 @@ impl Programs {
         Made { renders: Renders { channels, pictures: vec![pixels] }, cpu, white }
     }
 
-    /// Samples a pixel that take at most `cpu` seconds and share it well, as `--time` chooses them: from a short run and a longer one.
+    /// Samples a pixel that take at most `cpu` seconds and share it well, as `--time` chooses them: from a short run and a
+    /// longer one.
     pub fn samples_for(&self, scene: &str, cpu: f64, options: &str) -> u32 {
         let (few, more) = (8, 40);
         let first = self.trace(scene, few, 1, options);

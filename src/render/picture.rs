@@ -159,7 +159,8 @@ fn runs(width: usize, first: usize, rows: usize) -> Vec<(usize, usize, usize)> {
     (first..first + rows).flat_map(row).collect()
 }
 
-/// As many paths a pixel as fit into the time and share a pixel well: a trial on pixels spread over the picture, a twentieth of the time long.
+/// As many paths a pixel as fit into the time and share a pixel well, from a trial on pixels spread over the picture, a
+/// twentieth of the time long.
 fn paths_within(estimate: &dyn Estimate, time: Duration, (width, first, end): (usize, usize, usize)) -> u32 {
     let start = Instant::now();
     let n = estimate.components();

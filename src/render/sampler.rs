@@ -67,7 +67,7 @@ impl Sampler {
     }
 }
 
-/// The largest number up to `count` that shares a pixel well: a sum of three powers of two that follow each other, so that its
+/// The largest number up to `count` that shares a pixel well: four to seven times a power of two, or less than four, so that its
 /// points are a few whole nets.
 ///
 /// ```

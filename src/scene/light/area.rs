@@ -76,7 +76,8 @@ impl Flat {
         (self.middle - from).length_squared() > self.far2
     }
 
-    /// From nearer: a rectangle by its solid angle where single precision has the digits for it.
+    /// From nearer: a rectangle by its solid angle where single precision has the digits for it. Most views are from afar: this
+    /// and what follows from it stay out of their way.
     #[inline(never)]
     fn quick(&self, from: Vec3A) -> Option<Quick> {
         if self.triangle { None } else { Quick::new(from, self.corner, self.sides, self.size, self.normal) }
@@ -243,7 +244,7 @@ impl Emitter {
         self.place_exactly(from, sample)
     }
 
-    /// In double precision.
+    /// In double precision: rare for flat ones, and kept out of the way of the rest.
     #[inline(never)]
     fn place_exactly(&self, from: Vec3A, sample: [f32; 2]) -> Option<Place> {
         let from = from.as_dvec3();
