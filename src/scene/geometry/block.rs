@@ -44,7 +44,7 @@ impl<const N: usize> Block<N> {
     }
 
     /// A corner of the surface in a lane.
-    #[inline]
+    #[inline(always)]
     pub fn corner(&self, corner: usize, lane: usize) -> Vec3A {
         let [x, y, z] = &self.corners[corner];
         Vec3A::new(x[lane & 7], y[lane & 7], z[lane & 7])
@@ -63,6 +63,15 @@ impl<const N: usize> Block<N> {
         let up = s.sub(s.load(&rows[y]), s.splat(o[y]));
         let (sx, sy) = (s.splat(ray.shear[0]), s.splat(ray.shear[1]));
         [s.sub(across, s.mul(sx, along)), s.sub(up, s.mul(sy, along)), along]
+    }
+
+    #[inline(always)]
+    fn all_sheared<S: Eight>(&self, s: S, ray: &Ray) -> [[S::F; 3]; N] {
+        let mut corners = [[s.splat(0.0); 3]; N];
+        for (i, corner) in corners.iter_mut().enumerate() {
+            *corner = self.sheared(s, ray, i);
+        }
+        corners
     }
 }
 
@@ -106,7 +115,7 @@ fn extreme(u: Vec3A, v: Vec3A, from: Vec3A, direction: Vec3A) -> (Vec3A, [f32; 2
 
 impl Triangles {
     /// Point, unit normal and weights of the second and third corner where a ray crosses a lane's triangle.
-    #[inline]
+    #[inline(always)]
     pub fn locate(&self, lane: usize, ray: &Ray, t: f32) -> (Vec3A, Vec3A, [f32; 2]) {
         let (a, b, c) = (self.corner(0, lane), self.corner(1, lane), self.corner(2, lane));
         locate([a, b - a, c - a], ray, t, |x| 1.0 - x)
@@ -120,59 +129,93 @@ impl Quads {
     }
 
     /// Point, unit normal and fractions of u and v where a ray crosses a lane's parallelogram.
-    #[inline]
+    #[inline(always)]
     pub fn locate(&self, lane: usize, ray: &Ray, t: f32) -> (Vec3A, Vec3A, [f32; 2]) {
         let (a, b, d) = (self.corner(0, lane), self.corner(1, lane), self.corner(3, lane));
         locate([a, b - a, d - a], ray, t, |_| 1.0)
     }
 }
 
-/// Lanes crossed at 0 < t < `limit`, and the distances.
-pub trait Crossed {
-    /// One bit a lane, and distances that hold for those.
-    fn cross<S: Eight>(&self, s: S, ray: &Ray, limit: f32) -> (u32, S::F);
-}
-
+/// Twice the signed areas between the ray and the edges, the first from the first corner to the second.
 #[inline(always)]
-fn between<S: Eight>(s: S, inside: u32, t: S::F, limit: f32) -> (u32, S::F) {
-    (inside & s.lt(s.splat(0.0), t) & s.lt(t, s.splat(limit)), t)
+fn edges<S: Eight, const N: usize>(s: S, corners: &[[S::F; 3]; N]) -> [S::F; N] {
+    let mut areas = [s.splat(0.0); N];
+    for i in 0..N {
+        areas[i] = edge(s, &corners[i], &corners[(i + 1) % N]);
+    }
+    areas
 }
 
-impl Crossed for Triangles {
+/// The least and the largest.
+#[inline(always)]
+fn range<S: Eight, const N: usize>(s: S, areas: &[S::F; N]) -> [S::F; 2] {
+    let (mut low, mut high) = (areas[0], areas[0]);
+    for area in &areas[1..] {
+        (low, high) = (s.min(low, *area), s.max(high, *area));
+    }
+    [low, high]
+}
+
+/// Where rays cross surfaces.
+pub trait Crossed {
+    /// One bit a lane that is crossed at 0 < t < `limit`, and distances that hold for those.
+    fn cross<S: Eight>(&self, s: S, ray: &Ray, limit: f32) -> (u32, S::F);
+    /// Distances in lanes that are crossed at 0 < t, infinite in the others.
+    fn distances<S: Eight>(&self, s: S, ray: &Ray) -> S::F;
+}
+
+impl<const N: usize> Crossed for Block<N>
+where
+    Block<N>: Planar<N>,
+{
     #[inline(always)]
     fn cross<S: Eight>(&self, s: S, ray: &Ray, limit: f32) -> (u32, S::F) {
-        let (a, b, c) = (self.sheared(s, ray, 0), self.sheared(s, ray, 1), self.sheared(s, ray, 2));
-        let (u, v, w) = (edge(s, &b, &c), edge(s, &c, &a), edge(s, &a, &b));
-        let zero = s.splat(0.0);
-        let inside = s.le(zero, s.min(s.min(u, v), w)) | s.le(s.max(s.max(u, v), w), zero);
+        let corners = self.all_sheared(s, ray);
+        let areas = edges(s, &corners);
+        let ([low, high], zero) = (range(s, &areas), s.splat(0.0));
+        let inside = s.le(zero, low) | s.le(high, zero);
         if inside == 0 {
             return (0, zero);
         }
-        // A ray in the triangle's plane has a sum of zero, and a distance that is no number.
-        let scale = s.div(s.splat(ray.shear[2]), s.add(s.add(u, v), w));
-        let along = s.add(s.add(s.mul(u, a[2]), s.mul(v, b[2])), s.mul(w, c[2]));
-        between(s, inside, s.mul(along, scale), limit)
+        let t = Self::distance(s, ray, &corners, &areas);
+        (inside & s.lt(zero, t) & s.lt(t, s.splat(limit)), t)
+    }
+
+    #[inline(always)]
+    fn distances<S: Eight>(&self, s: S, ray: &Ray) -> S::F {
+        let corners = self.all_sheared(s, ray);
+        let areas = edges(s, &corners);
+        let ([low, high], zero, none) = (range(s, &areas), s.splat(0.0), s.splat(f32::INFINITY));
+        let t = Self::distance(s, ray, &corners, &areas);
+        let t = s.where_le(zero, low, t, s.where_le(high, zero, t, none));
+        s.where_lt(zero, t, t, none)
     }
 }
 
-impl Crossed for Quads {
+/// How far away planes lie that are known by their corners.
+pub trait Planar<const N: usize> {
+    /// From sheared corners and the areas beside the edges; no number for a ray in the surface's plane.
+    fn distance<S: Eight>(s: S, ray: &Ray, corners: &[[S::F; 3]; N], areas: &[S::F; N]) -> S::F;
+}
+
+impl Planar<3> for Triangles {
     #[inline(always)]
-    fn cross<S: Eight>(&self, s: S, ray: &Ray, limit: f32) -> (u32, S::F) {
-        let (a, b) = (self.sheared(s, ray, 0), self.sheared(s, ray, 1));
-        let (c, d) = (self.sheared(s, ray, 2), self.sheared(s, ray, 3));
-        let (ab, bc) = (edge(s, &a, &b), edge(s, &b, &c));
-        let (cd, da) = (edge(s, &c, &d), edge(s, &d, &a));
-        let zero = s.splat(0.0);
-        let inside = s.le(zero, s.min(s.min(ab, bc), s.min(cd, da))) | s.le(s.max(s.max(ab, bc), s.max(cd, da)), zero);
-        if inside == 0 {
-            return (0, zero);
-        }
+    fn distance<S: Eight>(s: S, ray: &Ray, [a, b, c]: &[[S::F; 3]; 3], [ab, bc, ca]: &[S::F; 3]) -> S::F {
+        let scale = s.div(s.splat(ray.shear[2]), s.add(s.add(*bc, *ca), *ab));
+        let along = s.add(s.add(s.mul(*bc, a[2]), s.mul(*ca, b[2])), s.mul(*ab, c[2]));
+        s.mul(along, scale)
+    }
+}
+
+impl Planar<4> for Quads {
+    #[inline(always)]
+    fn distance<S: Eight>(s: S, ray: &Ray, [a, b, _, d]: &[[S::F; 3]; 4], [ab, bc, cd, da]: &[S::F; 4]) -> S::F {
         // Opposite edges' areas are as the distances from them, and all four add up to twice the whole.
-        let scale = s.div(s.splat(2.0 * ray.shear[2]), s.add(s.add(ab, cd), s.add(bc, da)));
-        let half = s.mul(s.splat(0.5), s.add(s.add(ab, cd), s.add(bc, da)));
-        let u = s.mul(da, s.sub(b[2], a[2]));
-        let v = s.mul(ab, s.sub(d[2], a[2]));
-        let along = s.add(s.mul(half, a[2]), s.add(u, v));
-        between(s, inside, s.mul(along, scale), limit)
+        let whole = s.add(s.add(*ab, *cd), s.add(*bc, *da));
+        let scale = s.div(s.splat(2.0 * ray.shear[2]), whole);
+        let u = s.mul(*da, s.sub(b[2], a[2]));
+        let v = s.mul(*ab, s.sub(d[2], a[2]));
+        let along = s.add(s.mul(s.mul(s.splat(0.5), whole), a[2]), s.add(u, v));
+        s.mul(along, scale)
     }
 }

@@ -31,6 +31,12 @@ pub trait Eight: Copy {
     fn le(self, a: Self::F, b: Self::F) -> u32;
     /// One bit a lane: a < b.
     fn lt(self, a: Self::F, b: Self::F) -> u32;
+    /// `yes` where a <= b, `no` elsewhere and where one is not a number.
+    fn where_le(self, a: Self::F, b: Self::F, yes: Self::F, no: Self::F) -> Self::F;
+    /// `yes` where a < b, `no` elsewhere and where one is not a number.
+    fn where_lt(self, a: Self::F, b: Self::F, yes: Self::F, no: Self::F) -> Self::F;
+    /// The least of the lanes, all of which are numbers.
+    fn least(self, a: Self::F) -> f32;
 }
 
 /// Arrays, which the compiler makes vectors of as wide as the baseline has them.
@@ -98,6 +104,18 @@ impl Eight for Plain {
     fn lt(self, a: [f32; 8], b: [f32; 8]) -> u32 {
         bits(a, b, |a, b| a < b)
     }
+    #[inline(always)]
+    fn where_le(self, a: [f32; 8], b: [f32; 8], yes: [f32; 8], no: [f32; 8]) -> [f32; 8] {
+        std::array::from_fn(|i| if a[i] <= b[i] { yes[i] } else { no[i] })
+    }
+    #[inline(always)]
+    fn where_lt(self, a: [f32; 8], b: [f32; 8], yes: [f32; 8], no: [f32; 8]) -> [f32; 8] {
+        std::array::from_fn(|i| if a[i] < b[i] { yes[i] } else { no[i] })
+    }
+    #[inline(always)]
+    fn least(self, a: [f32; 8]) -> f32 {
+        a.into_iter().fold(f32::INFINITY, |m, x| if x < m { x } else { m })
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -158,6 +176,21 @@ mod avx2 {
         #[inline(always)]
         fn lt(self, a: __m256, b: __m256) -> u32 {
             self.avx._mm256_movemask_ps(self.avx._mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32
+        }
+        #[inline(always)]
+        fn where_le(self, a: __m256, b: __m256, yes: __m256, no: __m256) -> __m256 {
+            self.avx._mm256_blendv_ps(no, yes, self.avx._mm256_cmp_ps::<_CMP_LE_OQ>(a, b))
+        }
+        #[inline(always)]
+        fn where_lt(self, a: __m256, b: __m256, yes: __m256, no: __m256) -> __m256 {
+            self.avx._mm256_blendv_ps(no, yes, self.avx._mm256_cmp_ps::<_CMP_LT_OQ>(a, b))
+        }
+        #[inline(always)]
+        fn least(self, a: __m256) -> f32 {
+            let four = self.sse._mm_min_ps(self.avx._mm256_castps256_ps128(a), self.avx._mm256_extractf128_ps::<1>(a));
+            let two = self.sse._mm_min_ps(four, self.sse._mm_movehl_ps(four, four));
+            let one = self.sse._mm_min_ss(two, self.sse._mm_shuffle_ps::<1>(two, two));
+            self.sse._mm_cvtss_f32(one)
         }
     }
 }

@@ -7,6 +7,7 @@
 
 mod block;
 mod eight;
+mod few;
 mod parts;
 mod ray;
 mod round;
@@ -176,14 +177,34 @@ impl Geometry {
 
     /// The nearest surface along a ray.
     pub fn closest(&self, origin: Vec3A, direction: Vec3A) -> Option<Hit> {
-        let tree = &self.scene.tree;
-        let ray = Ray::new(origin, direction, tree.low, tree.high)?;
-        let mut found = Found::nothing(f32::MAX);
         match self.isa {
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx2(s) => self.nearest(s, tree, &ray, &mut found),
-            Isa::Plain => self.nearest(Plain, tree, &ray, &mut found),
+            Isa::Avx2(s) => self.first(s, origin, direction),
+            Isa::Plain => self.first(Plain, origin, direction),
         }
+    }
+
+    #[inline(always)]
+    fn first<S: Eight>(&self, s: S, origin: Vec3A, direction: Vec3A) -> Option<Hit> {
+        let tree = &self.scene.tree;
+        if tree.is_few() {
+            // All in one for the compiler; where a tree is walked that would be slower.
+            return s.run(
+                #[inline(always)]
+                || {
+                    let ray = Ray::new(origin, direction, tree.low, tree.high)?;
+                    let mut found = Found::nothing(f32::MAX);
+                    few::closest(s, tree, &ray, &mut found);
+                    if found.link == Link::NONE {
+                        return None;
+                    }
+                    Some(self.scene.hit(&ray, &found))
+                },
+            );
+        }
+        let ray = Ray::new(origin, direction, tree.low, tree.high)?;
+        let mut found = Found::nothing(f32::MAX);
+        self.nearest(s, tree, &ray, &mut found);
         (found.link != Link::NONE).then(|| self.hit(&ray, &found))
     }
 
@@ -209,7 +230,12 @@ impl Geometry {
 
     fn nearest<S: Eight>(&self, s: S, tree: &Tree, ray: &Ray, found: &mut Found) {
         let deeper = |p: u32, found: &mut Found| self.nearest_placed(s, p, ray, found);
-        if tree.stacked <= FLAT {
+        if tree.is_few() {
+            s.run(
+                #[inline(always)]
+                || few::closest(s, tree, ray, found),
+            );
+        } else if tree.stacked <= FLAT {
             s.run(
                 #[inline(always)]
                 || traverse::closest::<S, FLAT>(s, tree, ray, found, deeper),
@@ -242,18 +268,39 @@ impl Geometry {
     }
 
     fn any(&self, origin: Vec3A, direction: Vec3A, limit: f32) -> bool {
-        let tree = &self.scene.tree;
-        let Some(ray) = Ray::new(origin, direction, tree.low, tree.high) else { return false };
         match self.isa {
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx2(s) => self.meets(s, tree, &ray, limit),
-            Isa::Plain => self.meets(Plain, tree, &ray, limit),
+            Isa::Avx2(s) => self.some(s, origin, direction, limit),
+            Isa::Plain => self.some(Plain, origin, direction, limit),
         }
+    }
+
+    #[inline(always)]
+    fn some<S: Eight>(&self, s: S, origin: Vec3A, direction: Vec3A, limit: f32) -> bool {
+        let tree = &self.scene.tree;
+        if tree.is_few() {
+            return s.run(
+                #[inline(always)]
+                || {
+                    let ray = Ray::new(origin, direction, tree.low, tree.high);
+                    ray.is_some_and(
+                        #[inline(always)]
+                        |ray| few::any(s, tree, &ray, limit),
+                    )
+                },
+            );
+        }
+        Ray::new(origin, direction, tree.low, tree.high).is_some_and(|ray| self.meets(s, tree, &ray, limit))
     }
 
     fn meets<S: Eight>(&self, s: S, tree: &Tree, ray: &Ray, limit: f32) -> bool {
         let deeper = |p: u32| self.meets_placed(s, p, ray, limit);
-        if tree.stacked <= FLAT {
+        if tree.is_few() {
+            s.run(
+                #[inline(always)]
+                || few::any(s, tree, ray, limit),
+            )
+        } else if tree.stacked <= FLAT {
             s.run(
                 #[inline(always)]
                 || traverse::any::<S, FLAT>(s, tree, ray, limit, deeper),
@@ -282,9 +329,7 @@ impl Geometry {
     /// All about a crossing.
     fn hit(&self, ray: &Ray, found: &Found) -> Hit {
         if found.placement == u32::MAX {
-            let place = self.scene.tree.place(ray, found);
-            let surface = self.scene.surface(place.primitive);
-            return Hit::new(found.t, place, surface, None);
+            return self.scene.hit(ray, found);
         }
         let placed = &self.placed[found.placement as usize];
         let group = &self.groups[placed.group as usize];
@@ -315,8 +360,19 @@ impl Hit {
     }
 }
 
+impl Group {
+    /// All about a crossing where nothing is placed.
+    #[inline(always)]
+    fn hit(&self, ray: &Ray, found: &Found) -> Hit {
+        let place = self.tree.place(ray, found);
+        let surface = self.surface(place.primitive);
+        Hit::new(found.t, place, surface, None)
+    }
+}
+
 impl Tree {
     /// Where on its primitive a crossing lies.
+    #[inline(always)]
     fn place(&self, ray: &Ray, found: &Found) -> Place {
         let (index, lane) = (found.link.index(), found.lane as usize);
         match found.link.kind() {

@@ -81,7 +81,7 @@ fn same(a: Option<Hit>, b: Option<Hit>) -> bool {
 
 #[test]
 fn the_tree_finds_what_every_surface_alone_would() {
-    for (seed, count, size) in [(1, 3, 1.0), (2, 17, 0.8), (3, 90, 0.4), (4, 700, 0.2), (5, 3000, 0.05)] {
+    for (seed, count, size) in [(1, 3, 1.0), (2, 7, 0.9), (2, 17, 0.8), (3, 90, 0.4), (4, 700, 0.2), (5, 3000, 0.05)] {
         let mut random = Random::new(seed);
         let all: Vec<Primitive> = (0..count).map(|_| random.primitive(size)).collect();
         let alone: Vec<Geometry> = all.iter().map(|p| of(vec![*p])).collect();
@@ -163,18 +163,23 @@ fn placements_are_met_as_their_shapes_moved_there() {
 #[test]
 fn arrays_and_vectors_give_the_same_bits() {
     let mut random = Random::new(21);
-    let group = Group::build(parts((0..300).map(|_| random.primitive(0.2)).collect())).unwrap();
-    let placements: Vec<Placement> = (0..20).map(|_| placement(&mut random, 0)).collect();
-    let loose = parts((0..1000).map(|_| random.primitive(0.2)).collect());
-    let mut scene = Geometry::assemble(loose, vec![group], &placements).unwrap();
-    let rays: Vec<(Vec3A, Vec3A)> = (0..20_000).map(|_| (random.cube() * 4.0, random.direction())).collect();
-    let answers = |g: &Geometry| -> Vec<_> {
-        rays.iter().map(|(o, d)| (g.closest(*o, *d), g.visible(*o, *o + *d), g.unoccluded(*o, *d))).collect()
-    };
-    let best = answers(&scene);
-    scene.isa = Isa::Plain;
-    assert_eq!(answers(&scene), best);
-    assert!(best.iter().filter(|a| a.0.is_some_and(|h| h.placement.is_some())).count() > 1000);
+    // Many surfaces, and so few that no tree is built, loose and placed.
+    for (loose, grouped, placed, least) in [(1000, 300, 20, 1000), (6, 6, 20, 200), (6, 0, 0, 0)] {
+        let mut of = |count, size| parts((0..count).map(|_| random.primitive(size)).collect());
+        let group = (grouped > 0).then(|| Group::build(of(grouped, 0.2)).unwrap());
+        let loose = of(loose, 0.8);
+        let placements: Vec<Placement> = (0..placed).map(|_| placement(&mut random, 0)).collect();
+        let mut scene = Geometry::assemble(loose, group.into_iter().collect(), &placements).unwrap();
+        let rays: Vec<(Vec3A, Vec3A)> = (0..20_000).map(|_| (random.cube() * 4.0, random.direction())).collect();
+        let answers = |g: &Geometry| -> Vec<_> {
+            rays.iter().map(|(o, d)| (g.closest(*o, *d), g.visible(*o, *o + *d), g.unoccluded(*o, *d))).collect()
+        };
+        let best = answers(&scene);
+        scene.isa = Isa::Plain;
+        assert_eq!(answers(&scene), best);
+        let hits = best.iter().filter_map(|a| a.0).filter(|h| h.placement.is_some() == (placed > 0)).count();
+        assert!(hits > least, "{hits} hits of {placed} placements say little");
+    }
 }
 
 #[test]

@@ -80,7 +80,7 @@ impl Node {
 
 /// The tree and what hangs on it.
 pub struct Tree {
-    /// Where to start.
+    /// Where to start; none where everything hangs in a few leaves that are all tested.
     pub root: Link,
     /// Inner nodes.
     pub nodes: Vec<Node>,
@@ -139,7 +139,8 @@ pub struct Items<'a> {
 }
 
 impl Items<'_> {
-    fn kind(&self, i: usize) -> u32 {
+    /// Of what a link to it would be.
+    pub fn kind(&self, i: usize) -> u32 {
         match self.primitives.get(i) {
             Some(Primitive::Triangle(_)) => Link::TRIANGLES,
             Some(Primitive::Parallelogram { .. }) => Link::QUADS,
@@ -148,7 +149,8 @@ impl Items<'_> {
         }
     }
 
-    fn bounds(&self) -> Vec<Aabb> {
+    /// A box for each.
+    pub fn bounds(&self) -> Vec<Aabb> {
         let placed = self.placed.iter().map(|(low, high)| Aabb::new(*low, *high));
         let mut bounds: Vec<Aabb> = self.primitives.par_iter().map(Primitive::bounds).collect();
         bounds.extend(placed);
@@ -171,8 +173,26 @@ impl Primitive {
 }
 
 impl Tree {
+    /// Without anything.
+    pub fn bare(low: Vec3A, high: Vec3A) -> Tree {
+        Tree {
+            root: Link::NONE,
+            nodes: Vec::new(),
+            triangles: Vec::new(),
+            quads: Vec::new(),
+            rounds: Vec::new(),
+            placements: Vec::new(),
+            low,
+            high,
+            stacked: 1,
+        }
+    }
+
     /// Over at least one item, fewer than [`Link::MOST`] of each kind.
     pub fn build(items: Items) -> Tree {
+        if let Some(few) = Tree::few(items) {
+            return few;
+        }
         crate::parallel::ready();
         let boxes = items.bounds();
         let tree = Cut::new(Binary::clustered(&boxes), items).finish();
@@ -183,6 +203,34 @@ impl Tree {
     pub fn halved(items: Items) -> Tree {
         crate::parallel::ready();
         Cut::new(Binary::halved(&items.bounds()), items).finish()
+    }
+
+    /// Makes a leaf of one to eight items of a kind.
+    pub fn hang(&mut self, items: Items, ids: &[u32]) -> Link {
+        let kind = items.kind(ids[0] as usize);
+        let index = match kind {
+            Link::TRIANGLES => self.triangles.len(),
+            Link::QUADS => self.quads.len(),
+            Link::ROUNDS => self.rounds.len(),
+            _ => self.placements.len(),
+        };
+        let (mut triangles, mut quads) = (Triangles::empty(), Quads::empty());
+        for (lane, id) in ids.iter().enumerate() {
+            match items.primitives.get(*id as usize) {
+                Some(Primitive::Triangle(corners)) => triangles.set(lane, *corners, *id),
+                Some(Primitive::Parallelogram { corner, u, v }) => {
+                    quads.set(lane, Quads::corners(*corner, *u, *v), *id)
+                }
+                Some(other) => self.rounds.extend(Round::of(other).map(|r| (r, *id))),
+                None => self.placements.push(*id - items.primitives.len() as u32),
+            }
+        }
+        match kind {
+            Link::TRIANGLES => self.triangles.push(triangles),
+            Link::QUADS => self.quads.push(quads),
+            _ => {}
+        }
+        Link::new(kind, index, ids.len())
     }
 
     /// Bytes on the heap.
@@ -256,17 +304,7 @@ impl<'a> Cut<'a> {
     fn new(binary: Binary, items: Items<'a>) -> Self {
         let all = binary.nodes[0].aabb();
         let count = binary.nodes.len();
-        let tree = Tree {
-            root: Link::NONE,
-            nodes: Vec::new(),
-            triangles: Vec::new(),
-            quads: Vec::new(),
-            rounds: Vec::new(),
-            placements: Vec::new(),
-            low: all.min,
-            high: all.max,
-            stacked: 1,
-        };
+        let tree = Tree::bare(all.min, all.max);
         Cut { binary, items, nodes: Vec::with_capacity(count), plans: vec![Plan::default(); count], tree }
     }
 
@@ -401,32 +439,7 @@ impl<'a> Cut<'a> {
                 left += 2;
             }
         }
-        let found = &found[..count];
-        let kind = self.items.kind(found[0] as usize);
-        let tree = &mut self.tree;
-        let index = match kind {
-            Link::TRIANGLES => tree.triangles.len(),
-            Link::QUADS => tree.quads.len(),
-            Link::ROUNDS => tree.rounds.len(),
-            _ => tree.placements.len(),
-        };
-        let (mut triangles, mut quads) = (Triangles::empty(), Quads::empty());
-        for (lane, id) in found.iter().enumerate() {
-            match self.items.primitives.get(*id as usize) {
-                Some(Primitive::Triangle(corners)) => triangles.set(lane, *corners, *id),
-                Some(Primitive::Parallelogram { corner, u, v }) => {
-                    quads.set(lane, Quads::corners(*corner, *u, *v), *id)
-                }
-                Some(other) => tree.rounds.extend(Round::of(other).map(|r| (r, *id))),
-                None => tree.placements.push(*id - self.items.primitives.len() as u32),
-            }
-        }
-        match kind {
-            Link::TRIANGLES => tree.triangles.push(triangles),
-            Link::QUADS => tree.quads.push(quads),
-            _ => {}
-        }
-        Link::new(kind, index, count)
+        self.tree.hang(self.items, &found[..count])
     }
 }
 
