@@ -28,6 +28,8 @@ pub const REPLICATES: u32 = 8;
 const FIRST_PATHS: u32 = 4;
 /// Most wavelengths: 8 lanes x the largest number of groups below.
 pub const MOST_WAVELENGTHS: usize = GROUP * 60;
+/// Wavelengths that outlines of the light for an observer are made of.
+const OUTLINED: usize = 80;
 /// Probes that are neighbours, and judged together: the error of one alone is itself uncertain.
 pub const NEIGHBOURS: usize = 16;
 
@@ -165,11 +167,14 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
     let observer = Observer::cie1931()?;
     let Quantity { sampling, range_nm, seed, max_bounces, split, .. } = quantity.clone();
     let inks = Inks::<G>::new(&scene.inks, &scene.srgb, &sampling);
-    let counts = match quantity.what {
-        What::Spectrum => None,
-        What::Xyz | What::Lighting => Some(sampling.xyz_weights(&observer)),
+    let outline = match quantity.what {
+        What::Spectrum => Outline::new(&scene.inks, &scene.srgb, &sampling, None),
+        // The same paths however many wavelengths they carry.
+        What::Xyz | What::Lighting => {
+            let fine = Sampling::bins(range_nm.0, range_nm.1, OUTLINED)?;
+            Outline::new(&scene.inks, &scene.srgb, &fine, Some(&fine.xyz_weights(&observer)))
+        }
     };
-    let outline = Outline::new(&scene.inks, &scene.srgb, &sampling, counts.as_ref());
     let endless = AtomicU64::new(0);
     let cmf = observer.cmf.each_ref().map(|c| c.scaled(K_M));
     let paths = Paths { scene: scene.clone(), outline, seed, max_bounces, split, endless };
