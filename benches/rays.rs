@@ -182,7 +182,7 @@ fn rays(geometry: &Geometry, [eye, target]: [Vec3A; 2], width: usize) -> [Rays; 
         if let Some(hit) = geometry.closest(eye, direction) {
             let normal = if hit.normal.dot(direction) > 0.0 { -hit.normal } else { hit.normal };
             let u = [random.unit() as f32, random.unit() as f32];
-            diffuse.push((offset(hit.point, normal), cosine_direction(normal, u)));
+            diffuse.push((offset(hit.point, normal, hit.reach), cosine_direction(normal, u)));
         }
     }
     let mut shuffled = diffuse.clone();

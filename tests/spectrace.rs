@@ -403,3 +403,77 @@ fn all_threads_work() {
     assert!(child.wait().unwrap().success());
     assert!(working >= 3, "{working} of 3 threads worked");
 }
+
+const LOCAL: [&str; 3] = ["--method", "local", "--quiet"];
+
+/// In a sphere interreflected light is the same everywhere, and local illumination exact.
+#[test]
+fn local_illumination_is_exact_in_a_sphere() {
+    let lamp = "[lights.p]\ntype = \"point\"\nspectrum = \"E\"\nlumens = 1000\nposition = [0, 0, 0]\n";
+    for rho in [0.2, 0.8] {
+        let scene = room(rho, lamp);
+        let stage = Stage::new(&scene[scene.find("[materials").unwrap()..]);
+        let rows = stage
+            .rows(&[&LOCAL[..], &["--irradiance", "--samples", "64"]].concat(), "0 0 -1.5 0 0 1\n0 1.5 0 0 -1 0\n");
+        // 1000 lm on 4 pi R^2, and rho / (1 - rho) times that from the wall.
+        let want = 1000.0 / (4.0 * std::f64::consts::PI * 2.25) / (1.0 - rho);
+        for row in rows {
+            assert!((row[1] / want - 1.0).abs() < 0.005, "reflectance {rho}: {} for {want}", row[1]);
+        }
+    }
+}
+
+#[test]
+fn local_illumination_without_its_constant_is_direct_light() {
+    let block =
+        "[[shape]]\ntype = \"disk\"\ncenter = [0.2, 0, 0.5]\nnormal = [0, 0, 1]\nradius = 0.25\nmaterial = \"wall\"\n";
+    let stage = Stage::new(&room(0.6, &format!("{LAMP}{block}")));
+    let points = "0 0 -1 0 0 1\n0.5 0.2 -0.8 0 0 1\n0.3 0 0.45 0 0 1\n-0.6 0 0 1 0 0\n";
+    let ask = |more: &[&str]| stage.rows(&[more, &["--irradiance", "--samples", "4096", "--quiet"]].concat(), points);
+    let direct = ask(&["--method", "local", "--ambient", "0"]);
+    // A path of no bounce that falls on a point has met a lamp.
+    let paths = ask(&["--max-bounces", "0"]);
+    let open = ask(&["--method", "local", "--ambient", "0", "--no-shadows"]);
+    let ambient = ask(&["--method", "local", "--ambient", "10"]);
+    for i in 0..4 {
+        let (d, p) = (direct[i][1], paths[i][1]);
+        assert!((d - p).abs() < 0.01 * p + 1e-6, "point {i}: {d} for {p}");
+        assert!(open[i][1] >= d * 0.999, "point {i}");
+        let constant = ambient[i][1] - d;
+        assert!((constant - 10.0 * std::f64::consts::PI).abs() < 0.01, "point {i}: {constant}");
+    }
+    assert!(direct[2][1] == 0.0 && open[2][1] > 100.0, "{direct:?}");
+}
+
+#[test]
+fn local_illumination_reflects_the_sky_and_sees_through_panes() {
+    let scene = "[environment]\nspectrum = \"E\"\nluminance = 100\n[materials.m]\ntype = \"mirror\"\nreflectance = 0.9\n\
+                 [materials.g]\ntype = \"glass\"\n[[shape]]\ntype = \"disk\"\ncenter = [0, 0, 0]\nnormal = [0, 0, 1]\nradius = 5\n\
+                 material = \"m\"\n[[shape]]\ntype = \"disk\"\ncenter = [20, 0, 0]\nnormal = [0, 0, 1]\nradius = 5\nmaterial = \"g\"\n";
+    let stage = Stage::new(scene);
+    let rays = "0.1 0.2 3 0 0 -1\n20.1 0.2 3 0 0 -1\n";
+    let of = |more: &[&str]| stage.rows(&[&["--rays", "--samples", "16", "--quiet"], more].concat(), rays);
+    let (paths, local) = (of(&[]), of(&["--method", "local"]));
+    assert!((local[0][1] - 90.0).abs() < 0.01, "{local:?}");
+    // A pane reflects and passes a sky of 100 on: all but a little.
+    assert!((local[1][1] - paths[1][1]).abs() < 0.01 * paths[1][1], "{local:?} {paths:?}");
+    let dull = of(&["--method", "local", "--no-reflections", "--ambient", "0"]);
+    assert_eq!(dull[0][1], 0.0);
+}
+
+#[test]
+fn local_illumination_says_what_it_stands_for() {
+    let stage = Stage::new(&room(0.5, LAMP));
+    let path = stage.path();
+    let out = run("spectrace", &[&path, "--method", "local", "--samples", "2"], b"");
+    let said = String::from_utf8(out.stderr).unwrap();
+    assert!(said.contains("keeps the balance") && said.contains("strong interreflection"), "{said}");
+    let whole = stdout_of("spectrace", &[&[path.as_str(), "--samples", "3"], &LOCAL[..]].concat(), b"");
+    let one = stdout_of("spectrace", &[&[path.as_str(), "--samples", "3", "--threads", "1"], &LOCAL[..]].concat(), b"");
+    assert!(whole == one);
+    fails("spectrace", &[&path, "--method", "local", "--split", "2"], b"", 2, "--method path");
+    fails("spectrace", &[&path, "--ambient", "3"], b"", 2, "--method local");
+    fails("spectrace", &[&path, "--method", "local", "--ambient", "-1"], b"", 2, "auto");
+    fails("spectrace", &[&path, "--error", "0.1", "--samples", "8"], b"", 2, "at least 32");
+    fails("spectrace", &[&path, "--report"], b"", 2, "--irradiance");
+}

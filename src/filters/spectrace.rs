@@ -1,7 +1,9 @@
-//! spectrace: spectral radiance of a scene, Eq. (1) of [Ward 2001], by path tracing.
+//! spectrace: spectral radiance of a scene, Eq. (1) of [Ward 2001], by path tracing or by local illumination.
 
+use std::fmt::{self, Display, Formatter};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -11,15 +13,17 @@ use serde::{Deserialize, Serialize};
 use crate::filter::{Filter, Product, Run};
 use crate::options::{Numbers, Range, lossy};
 use crate::render::checkpoint::{Checkpoint, fingerprint};
-use crate::render::estimate::{Effort, MOST_WAVELENGTHS, Quantity as Measured, What, estimator, note_endless};
+use crate::render::estimate::{Effort, FEWEST_PATHS, MOST_WAVELENGTHS, Quantity as Measured, What, estimator};
+use crate::render::method::Choice;
 use crate::render::picture::{Job, Work, render};
 use crate::render::rays::Lines;
 use crate::render::report::Report;
+use crate::render::{local, path};
 use crate::scene::{Scene, load};
 use crate::spectral::{Observer, Sampling};
 use crate::stream::Picture;
 use crate::stream::output::Output;
-use crate::{Error, Result, clap_defaults, usage};
+use crate::{Error, Result, clap_defaults, string_serde, usage};
 
 /// What a pixel holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -32,6 +36,47 @@ pub enum Quantity {
     Spectrum,
 }
 
+/// How Eq. (1) is solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[value(rename_all = "lowercase")]
+pub enum Solver {
+    /// Path tracing: all of it, with noise that falls as the root of time
+    Path,
+    /// Local illumination: the lamps' light and an ambient term; no light from surface to surface, nothing bent by glass, no
+    /// mirrored rooms
+    Local,
+}
+
+/// The ambient term of local illumination: `auto` keeps the scene's balance of light, else a luminance in cd/m2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AmbientTerm(local::Term);
+
+impl FromStr for AmbientTerm {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        if text == "auto" {
+            return Ok(AmbientTerm(local::Term::Balance));
+        }
+        match text.parse() {
+            Ok(cd_m2) if (0.0..=1e9).contains(&cd_m2) => Ok(AmbientTerm(local::Term::Luminance(cd_m2))),
+            _ => Err("expected auto, or a luminance in cd/m2 from 0 to 1e9".into()),
+        }
+    }
+}
+
+impl Display for AmbientTerm {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self.0 {
+            local::Term::Balance => f.write_str("auto"),
+            local::Term::Luminance(cd_m2) => write!(f, "{cd_m2}"),
+        }
+    }
+}
+
+string_serde!(AmbientTerm);
+
 /// Options of `spectrace`.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
@@ -40,6 +85,9 @@ pub struct Spectrace {
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath, required = true)]
     #[serde(serialize_with = "lossy")]
     pub scene: Option<PathBuf>,
+    /// How Eq. (1) is solved
+    #[arg(long, value_enum, value_name = "METHOD", default_value = "path")]
+    pub method: Solver,
     /// What a pixel holds (in a pipeline file: quantity)
     #[arg(long, visible_alias = "output", value_enum, value_name = "WHAT", default_value = "xyz")]
     pub quantity: Quantity,
@@ -67,6 +115,15 @@ pub struct Spectrace {
     /// Most bounces; otherwise paths end by lot
     #[arg(long, value_name = "N")]
     pub max_bounces: Option<u32>,
+    /// Radiance that stands for all light from other surfaces: auto (what keeps the balance of light) or cd/m2, 0 for none
+    #[arg(long, value_name = "CD_M2", default_value = "auto", help_heading = "Local illumination")]
+    pub ambient: AmbientTerm,
+    /// Lamps shine through everything
+    #[arg(long, help_heading = "Local illumination")]
+    pub no_shadows: bool,
+    /// Mirrors and gloss do not show sky and lamps
+    #[arg(long, help_heading = "Local illumination")]
+    pub no_reflections: bool,
     /// Read one ray a line (origin, direction) from standard input, write its radiance
     #[arg(long, conflicts_with_all = ["irradiance", "time", "rows", "checkpoint", "width", "height"], help_heading = "Rays and points")]
     pub rays: bool,
@@ -103,7 +160,7 @@ pub struct Spectrace {
 clap_defaults!(Spectrace);
 
 impl Spectrace {
-    fn measured(&self, scene: &Scene) -> Result<Measured> {
+    fn measured(&self) -> Result<Measured> {
         let Range(from, to) = self.range;
         if !(250.0..=2500.0).contains(&from) || !(250.0..=2500.0).contains(&to) {
             return usage!("--range {}: wavelengths run from 250 to 2500 nm", self.range);
@@ -118,13 +175,33 @@ impl Spectrace {
             }
             None => Sampling::bins(from, to, self.bands).map_err(|e| Error::Usage(format!("--bands: {e}")))?,
         };
-        let most = self.max_bounces.unwrap_or(u32::MAX).min(scene.max_bounces.unwrap_or(u32::MAX));
         let what = match self.quantity {
             _ if self.report => What::Lighting,
             Quantity::Spectrum => What::Spectrum,
             Quantity::Xyz => What::Xyz,
         };
-        Ok(Measured { sampling, range_nm: (from, to), what, seed: self.seed, max_bounces: most, split: self.split })
+        Ok(Measured { sampling, range_nm: (from, to), what, seed: self.seed })
+    }
+
+    /// The method, and that no other's options were given.
+    fn choice(&self, scene: &Scene) -> Result<Choice> {
+        let plain = Spectrace::default();
+        match self.method {
+            Solver::Path if (self.ambient, self.no_shadows, self.no_reflections) != (plain.ambient, false, false) => {
+                usage!("--ambient, --no-shadows and --no-reflections go with --method local")
+            }
+            Solver::Path => {
+                let max_bounces = self.max_bounces.unwrap_or(u32::MAX).min(scene.max_bounces.unwrap_or(u32::MAX));
+                Ok(Choice::Path(path::Options { max_bounces, split: self.split }))
+            }
+            Solver::Local if (self.max_bounces, self.split) != (None, plain.split) => {
+                usage!("--max-bounces and --split go with --method path")
+            }
+            Solver::Local => {
+                let (shadows, reflections) = (!self.no_shadows, !self.no_reflections);
+                Ok(Choice::Local(local::Options { ambient: self.ambient.0, shadows, reflections }))
+            }
+        }
     }
 
     fn effort(&self) -> Result<Work> {
@@ -133,6 +210,9 @@ impl Spectrace {
             (Some(target), _) if target > 0.0 && target < 10.0 => {
                 // Without a word on it, enough for 0.1 % of a pixel whose paths differ by 100 %.
                 let most = if self.samples == Spectrace::default().samples { 1 << 20 } else { self.samples };
+                if most < FEWEST_PATHS {
+                    return usage!("--samples {most}: --error needs at least {FEWEST_PATHS} paths to tell an error");
+                }
                 Ok(Work::Each(Effort::Error { target, most }))
             }
             (Some(e), _) => usage!("--error {e}: a relative error above 0, such as 0.01"),
@@ -153,10 +233,10 @@ impl Spectrace {
 
     /// Rays or points from standard input.
     fn lines(self, scene: Scene, run: &Run) -> Result<Product> {
-        let quantity = self.measured(&scene)?;
+        let (quantity, choice) = (self.measured()?, self.choice(&scene)?);
         let Work::Each(effort) = self.effort()? else { return usage!("--time is for pictures") };
         let scene = Arc::new(scene);
-        let estimate = estimator(scene.clone(), &quantity)?;
+        let estimate = estimator(scene.clone(), &quantity, &choice)?;
         let lines = Lines {
             scene,
             estimate: estimate.clone(),
@@ -177,7 +257,7 @@ impl Spectrace {
                     lines.run(&mut input, out, &|v| report.row(v))?;
                 }
             }
-            note_endless(&*estimate, &notes);
+            estimate.report(&notes);
             Ok(())
         });
         Ok(Product::Bytes { binary: self.float, write })
@@ -213,7 +293,7 @@ fn note_lost_light(scene: &Scene, (from, to): (f64, f64), run: &Run) -> Result<(
 
 impl Filter for Spectrace {
     const NAME: &'static str = "spectrace";
-    const ABOUT: &'static str = "Render a scene to absolute XYZ or spectral radiance by path tracing (Eq. 1)";
+    const ABOUT: &'static str = "Render a scene to absolute XYZ or spectral radiance (Eq. 1)";
     const EXAMPLE: &'static str =
         "spectrace scenes/cornell.toml | vonkries --to D65 | pcond | xyz2rgb --gamut desaturate | ra_png > cornell.png";
     const READS: bool = false;
@@ -233,8 +313,8 @@ impl Filter for Spectrace {
         if self.rays || self.irradiance {
             return self.lines(scene, run);
         }
-        if self.float || self.with_error {
-            return usage!("--float and --with-error go with --rays or --irradiance");
+        if self.float || self.with_error || self.report {
+            return usage!("--float and --with-error go with --rays or --irradiance, --report with --irradiance");
         }
         let Some(camera) = scene.camera.take() else {
             return Err(Error::Invalid("the scene has no [camera]".into()).in_file(path));
@@ -242,10 +322,11 @@ impl Filter for Spectrace {
         let camera = camera.resized(self.width, self.height)?;
         let rows = self.row_range(camera.height)?;
         scene.camera = Some(camera);
-        let quantity = self.measured(&scene)?;
+        let quantity = self.measured()?;
         note_lost_light(&scene, quantity.range_nm, run)?;
         let job = Job {
             quantity,
+            method: self.choice(&scene)?,
             effort: self.effort()?,
             rows,
             progress: !run.options.quiet && std::io::stderr().is_terminal(),

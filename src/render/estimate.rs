@@ -5,15 +5,15 @@
 //! that the mean is good enough [Owen 1997].
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3A;
 
+use crate::material::Ink;
 use crate::notes::Notes;
 use crate::render::film::{Bands, Film, Responses};
 use crate::render::inks::{Inks, Outline};
 use crate::render::lanes::GROUP;
-use crate::render::path::{MOST_BOUNCES, Tracer};
+use crate::render::method::{Choice, Method};
 use crate::render::sampler::Sampler;
 use crate::render::trail::{Arrived, Trail};
 use crate::scene::Scene;
@@ -26,6 +26,8 @@ use crate::{Error, Result, invalid};
 pub const REPLICATES: u32 = 8;
 /// Paths that each of them takes at first.
 const FIRST_PATHS: u32 = 4;
+/// Paths that an error takes at least.
+pub const FEWEST_PATHS: u32 = REPLICATES * FIRST_PATHS;
 /// Most wavelengths: 8 lanes x the largest number of groups below.
 pub const MOST_WAVELENGTHS: usize = GROUP * 60;
 /// Wavelengths that outlines of the light for an observer are made of.
@@ -44,10 +46,6 @@ pub struct Quantity {
     pub what: What,
     /// Another seed, another noise.
     pub seed: u32,
-    /// Most bounces; light that comes straight from a lamp has none.
-    pub max_bounces: u32,
-    /// Paths that go on from the first surface of each, from 1.
-    pub split: u32,
 }
 
 /// What the numbers of a probe are.
@@ -127,31 +125,20 @@ pub trait Estimate: Send + Sync {
     /// Measures neighbours, at most [`NEIGHBOURS`] of them; `out` holds their components one after the other.
     fn measure(&self, probes: &[Probe], effort: Effort, out: &mut [f32]) -> [Quality; NEIGHBOURS];
 
-    /// Paths that were cut off although they went on and on.
-    fn endless(&self) -> u64;
-}
-
-/// Says so where paths had to be cut off.
-pub fn note_endless(estimate: &dyn Estimate, notes: &Notes) {
-    let endless = estimate.endless();
-    if endless > 0 {
-        notes.add(format!(
-            "{endless} paths were cut after {MOST_BOUNCES} bounces: light hardly ends in this scene, and what is left of it is \
-             missing"
-        ));
-    }
+    /// Says at the end how well it went.
+    fn report(&self, notes: &Notes);
 }
 
 /// The smallest number of lane groups that holds the wavelengths.
-pub fn estimator(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dyn Estimate>> {
+pub fn estimator(scene: Arc<Scene>, quantity: &Quantity, method: &Choice) -> Result<Arc<dyn Estimate>> {
     match quantity.sampling.count().div_ceil(GROUP) {
-        0..=1 => film::<1>(scene, quantity),
-        2 => film::<2>(scene, quantity),
-        3 => film::<3>(scene, quantity),
-        4..=6 => film::<6>(scene, quantity),
-        7..=10 => film::<10>(scene, quantity),
-        11..=20 => film::<20>(scene, quantity),
-        21..=60 => film::<60>(scene, quantity),
+        0..=1 => film::<1>(scene, quantity, method),
+        2 => film::<2>(scene, quantity, method),
+        3 => film::<3>(scene, quantity, method),
+        4..=6 => film::<6>(scene, quantity, method),
+        7..=10 => film::<10>(scene, quantity, method),
+        11..=20 => film::<20>(scene, quantity, method),
+        21..=60 => film::<60>(scene, quantity, method),
         _ => {
             let count = quantity.sampling.count();
             Err(Error::Unsupported(format!("{count} wavelengths; at most {MOST_WAVELENGTHS}")))
@@ -159,14 +146,13 @@ pub fn estimator(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dyn Estim
     }
 }
 
-fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dyn Estimate>> {
+fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice) -> Result<Arc<dyn Estimate>> {
     if scene.lamps.is_empty() {
         return invalid!("nothing in the scene gives off light");
     }
     let lights: Vec<&Spectrum> = scene.lights.iter().map(|l| &l.radiance).collect();
     let observer = Observer::cie1931()?;
-    let Quantity { sampling, range_nm, seed, max_bounces, split, .. } = quantity.clone();
-    let inks = Inks::<G>::new(&scene.inks, &scene.srgb, &sampling);
+    let Quantity { sampling, range_nm, seed, .. } = quantity.clone();
     let outline = match quantity.what {
         What::Spectrum => Outline::new(&scene.inks, &scene.srgb, &sampling, None),
         // The same paths however many wavelengths they carry.
@@ -175,9 +161,11 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
             Outline::new(&scene.inks, &scene.srgb, &fine, Some(&fine.xyz_weights(&observer)))
         }
     };
-    let endless = AtomicU64::new(0);
+    let method = method.on(scene.clone(), outline, range_nm)?;
+    let all: Vec<Ink> = scene.inks.iter().chain(method.inks()).cloned().collect();
+    let inks = Inks::<G>::new(&all, &scene.srgb, &sampling);
     let cmf = observer.cmf.each_ref().map(|c| c.scaled(K_M));
-    let paths = Paths { scene: scene.clone(), outline, seed, max_bounces, split, endless };
+    let paths = Paths { scene: scene.clone(), method, seed };
     Ok(match quantity.what {
         What::Spectrum => {
             let film = Bands::<G>::new(&lights, &sampling, &observer);
@@ -201,11 +189,8 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity) -> Result<Arc<dy
 /// What paths need to know whatever the wavelengths.
 struct Paths {
     scene: Arc<Scene>,
-    outline: Outline,
+    method: Box<dyn Method>,
     seed: u32,
-    max_bounces: u32,
-    split: u32,
-    endless: AtomicU64,
 }
 
 impl Paths {
@@ -219,21 +204,19 @@ impl Paths {
 
     /// Follows one path and leaves its trail.
     fn trace(&self, probe: &Probe, index: u32, replicate: u32, trail: &mut Trail) {
-        let Paths { scene, outline, endless, max_bounces, split, .. } = self;
-        let tracer = Tracer { scene, outline, max_bounces: *max_bounces, split: *split, endless };
         let seed = self.seed ^ replicate.wrapping_mul(0x9e37_79b9);
         match *probe {
             Probe::Pixel { x, y } => {
                 let sampler = Sampler::new(x, y, index, seed);
                 if let Some((origin, direction)) = self.eye(x, y, &sampler) {
-                    tracer.radiance(origin, direction, &sampler, trail);
+                    self.method.radiance(origin, direction, &sampler, trail);
                 }
             }
             Probe::Ray { origin, direction, number } => {
-                tracer.radiance(origin, direction, &numbered(number, index, seed), trail);
+                self.method.radiance(origin, direction, &numbered(number, index, seed), trail);
             }
             Probe::Irradiance { point, normal, number } => {
-                tracer.irradiance(point, normal, &numbered(number, index, seed), trail);
+                self.method.irradiance(point, normal, &numbered(number, index, seed), trail);
             }
         }
     }
@@ -295,8 +278,8 @@ impl<const G: usize, F: Film<G>> Estimate for Estimator<G, F> {
         self.film.components()
     }
 
-    fn endless(&self) -> u64 {
-        self.paths.endless.load(Ordering::Relaxed)
+    fn report(&self, notes: &Notes) {
+        self.paths.method.report(notes);
     }
 
     fn measure(&self, probes: &[Probe], effort: Effort, out: &mut [f32]) -> [Quality; NEIGHBOURS] {

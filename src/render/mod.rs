@@ -1,20 +1,27 @@
-//! Eq. (1) of the paper by path tracing [Kajiya 1986].
+//! Solutions of Eq. (1) of the paper.
 //!
-//! A path leaves a [`Trail`]: which surfaces tinted it and where light joined it. Followed back to the eye in K wavelengths at
-//! once, it says what arrived of each light, and a [`Film`] knows what that light's spectrum makes of it: bands of radiance, or
-//! XYZ by one 3 x K matrix a light. Only that way back knows how many wavelengths there are.
-//! Another method shares the scene, the sampler, the trail, the lanes and the film, and offers an [`estimate::Estimate`].
+//! A [`method::Method`] follows light from where it is asked for and leaves a [`Trail`]: which surfaces tinted it and where light
+//! joined it. Followed back to the eye in K wavelengths at once, it says what arrived of each light, and a [`Film`] knows what
+//! that light's spectrum makes of it: bands of radiance, or XYZ by one 3 x K matrix a light. Only that way back knows how many
+//! wavelengths there are. All methods share the scene, the sampler, the trail, the lanes, the film and the
+//! [`estimate::Estimate`] that a pixel or a ray is.
 
+pub mod balance;
 pub mod checkpoint;
+pub mod direct;
 pub mod estimate;
 pub mod film;
 pub mod inks;
 pub mod lanes;
+pub mod local;
+pub mod meeting;
+pub mod method;
 pub mod path;
 pub mod picture;
 pub mod rays;
 pub mod report;
 pub mod sampler;
+pub mod shade;
 pub mod trail;
 
 pub use film::Film;

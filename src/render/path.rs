@@ -4,17 +4,22 @@
 //! lobe, and the path goes on along it. Where it goes is the same for all wavelengths. What happens to them is noted on the
 //! path's [`Trail`]; on the way only an outline of it is known, eight numbers that say how much the path still carries.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3A;
 
 use crate::material::kernel::lambert::Lambert;
 use crate::material::{Kernel, Lobe, Lobes, Tint};
+use crate::notes::Notes;
+use crate::render::direct::{Direct, power_heuristic};
 use crate::render::inks::Outline;
 use crate::render::lanes::Lanes;
+use crate::render::meeting::Meeting;
+use crate::render::method::Method;
 use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
-use crate::scene::light::{Aim, Lamp};
+use crate::scene::light::Lamp;
 use crate::scene::{Hit, Scene, ray};
 
 /// From this bounce on a path may end by lot, with a chance to go on of this times what it carries: measured on the Cornell
@@ -24,25 +29,70 @@ const ODDS: f32 = 4.0;
 /// The same between mirrors.
 const MIRRORS: u32 = 32;
 /// A path that has not ended by now never will: in a closed room of white walls light has no end.
-pub const MOST_BOUNCES: u32 = 2048;
+const MOST_BOUNCES: u32 = 2048;
 
 /// Pairs of a sampler's numbers: two before the first surface, three a bounce.
 const FIRST_PAIR: u32 = 2;
 const PAIRS: u32 = 3;
 
-/// Traces paths through a scene. Cheap to make.
-pub struct Tracer<'a> {
-    /// What is there.
-    pub scene: &'a Scene,
-    /// Outlines of its spectra.
-    pub outline: &'a Outline,
-    /// Most bounces that are asked for.
+/// What can be asked of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Most bounces; light that comes straight from a lamp has none.
     pub max_bounces: u32,
     /// Paths that go on from the first surface that the eye sees, and looks at its lamps, from 1: most of what makes a picture
     /// noisy comes after it.
     pub split: u32,
+}
+
+/// Path tracing of a scene.
+pub struct PathTracing {
+    scene: Arc<Scene>,
+    outline: Outline,
+    options: Options,
     /// Paths that were ended at [`MOST_BOUNCES`].
-    pub endless: &'a AtomicU64,
+    endless: AtomicU64,
+}
+
+impl PathTracing {
+    /// Of a scene whose spectra have this outline.
+    pub fn new(scene: Arc<Scene>, outline: Outline, options: Options) -> PathTracing {
+        PathTracing { scene, outline, options, endless: AtomicU64::new(0) }
+    }
+
+    fn tracer(&self) -> Tracer<'_> {
+        let PathTracing { scene, outline, options: Options { max_bounces, split }, endless } = self;
+        Tracer { scene, outline, max_bounces: *max_bounces, split: *split, endless }
+    }
+}
+
+impl Method for PathTracing {
+    fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
+        self.tracer().radiance(origin, direction, sampler, trail);
+    }
+
+    fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
+        self.tracer().irradiance(point, normal, sampler, trail);
+    }
+
+    fn report(&self, notes: &Notes) {
+        let endless = self.endless.load(Ordering::Relaxed);
+        if endless > 0 {
+            notes.add(format!(
+                "{endless} paths were cut after {MOST_BOUNCES} bounces: light hardly ends in this scene, and what is left of it \
+                 is missing"
+            ));
+        }
+    }
+}
+
+/// Traces paths through a scene. Cheap to make.
+struct Tracer<'a> {
+    scene: &'a Scene,
+    outline: &'a Outline,
+    max_bounces: u32,
+    split: u32,
+    endless: &'a AtomicU64,
 }
 
 /// A path on its way.
@@ -75,53 +125,9 @@ enum Way {
     Lobe { pdf: f32, from: Vec3A, normal: Vec3A },
 }
 
-/// A surface that a path has met, in the frame of its shading normal.
-struct Meeting {
-    /// The geometric normal on the side that the path came from.
-    side: Vec3A,
-    point: Vec3A,
-    axes: [Vec3A; 3],
-    out: Vec3A,
-}
-
-impl Meeting {
-    fn new(hit: &Hit, front: bool, shading: Vec3A, direction: Vec3A) -> Meeting {
-        let side = if front { hit.normal } else { -hit.normal };
-        let mut z = if front { shading } else { -shading };
-        // An interpolated normal can turn away from who looks at it.
-        if z.dot(direction) > -1e-4 {
-            z = side;
-        }
-        let (x, y) = ray::frame(z);
-        let mut meeting = Meeting { side, point: hit.point, axes: [x, y, z], out: Vec3A::Z };
-        meeting.out = meeting.local(-direction);
-        meeting.out.z = meeting.out.z.max(1e-6);
-        meeting
-    }
-
-    fn local(&self, v: Vec3A) -> Vec3A {
-        Vec3A::new(v.dot(self.axes[0]), v.dot(self.axes[1]), v.dot(self.axes[2]))
-    }
-
-    fn world(&self, v: Vec3A) -> Vec3A {
-        self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
-    }
-
-    /// Normal of the side on which a lobe's light arrives, and a start of rays there.
-    fn start(&self, transmits: bool) -> (Vec3A, Vec3A) {
-        let side = if transmits { -self.side } else { self.side };
-        (ray::offset(self.point, side), side)
-    }
-
-    /// Cosine between half vector and direction of a reflection.
-    fn cos_half(&self, inc: Vec3A) -> f32 {
-        (self.out + inc).normalize_or_zero().dot(self.out).clamp(0.0, 1.0)
-    }
-}
-
 impl<'a> Tracer<'a> {
     /// Follows one path from the eye and leaves its trail: radiance.
-    pub fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
+    fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         let mut state = State::new(origin, direction, Way::Straight);
         let Some((meeting, lobe)) = self.arrive(&mut state, sampler, trail) else { return };
         if self.split == 1 || lobe.kernel.is_specular() {
@@ -144,17 +150,21 @@ impl<'a> Tracer<'a> {
 
     /// Follows one path from a point and leaves the trail of what falls on it: irradiance over pi, as a white matt surface would
     /// show it.
-    pub fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
+    fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         static WHITE: Lambert = Lambert { through: false };
         let (x, y) = ray::frame(normal);
-        let meeting = Meeting { side: normal, point, axes: [x, y, normal], out: Vec3A::Z };
+        let meeting = Meeting { side: normal, point, reach: 0.0, axes: [x, y, normal], out: Vec3A::Z };
         let lobe = Lobe { kernel: &WHITE, tint: Tint::None, factor: 1.0, odds: 1.0 };
-        self.look_at_light(&meeting, &lobe, 1.0, sampler.pair(0), trail);
+        self.direct().look(&meeting, &lobe, 1.0, sampler.pair(0), trail);
         if let Some(turn) = WHITE.sample(Vec3A::Z, sampler.pair(1)) {
             let (origin, normal) = meeting.start(false);
             let way = Way::Lobe { pdf: turn.pdf, from: origin, normal };
             self.follow(State::new(origin, meeting.world(turn.inc), way), sampler, trail);
         }
+    }
+
+    fn direct(&self) -> Direct<'a> {
+        Direct { scene: self.scene }
     }
 
     /// Follows a path to its end.
@@ -210,7 +220,7 @@ impl<'a> Tracer<'a> {
     fn go_on(&self, state: &mut State, meeting: &Meeting, lobe: &Lobe, sampler: &Sampler, trail: &mut Trail) -> bool {
         let [lots, for_lamp, for_turn] = sampler.three(FIRST_PAIR + PAIRS * state.bounce);
         if !lobe.kernel.is_specular() {
-            self.look_at_light(meeting, lobe, state.weight, for_lamp, trail);
+            self.direct().look(meeting, lobe, state.weight, for_lamp, trail);
         }
         let Some(turn) = lobe.kernel.sample(meeting.out, for_turn) else { return false };
         if lobe.tint.turns() {
@@ -278,90 +288,9 @@ impl<'a> Tracer<'a> {
             trail.light(&emission, weight * state.weight, 0);
         }
     }
-
-    /// Next event estimation: one place on one lamp, weighed against the chance of running into it.
-    fn look_at_light(&self, at: &Meeting, lobe: &Lobe, share: f32, mut u: [f32; 2], trail: &mut Trail) {
-        let scene = self.scene;
-        let transmits = lobe.kernel.transmits();
-        let (from, normal) = at.start(transmits);
-        let Some((chosen, chance)) = scene.tree.choose(from, Some(normal), &mut u[0]) else { return };
-        let Some(aim) = scene.lamps[chosen].aim(from, u) else { return };
-        let inc = at.local(aim.direction);
-        if aim.direction.dot(normal) <= 0.0 || (inc.z < 0.0) != transmits {
-            return;
-        }
-        let value = lobe.kernel.evaluate(at.out, inc);
-        if value.f_cos <= 0.0 {
-            return;
-        }
-        let open = self.is_open(from, chosen, &aim);
-        if !(open || scene.clear) {
-            return;
-        }
-        let weight = share
-            * if aim.pdf.is_finite() {
-                let pdf = aim.pdf * chance;
-                value.f_cos / pdf * power_heuristic(pdf, value.pdf)
-            } else {
-                value.f_cos / chance
-            };
-        let before = trail.len();
-        if lobe.tint.turns() {
-            trail.tint(&lobe.tint, at.cos_half(inc));
-        }
-        match if open { Some(1.0) } else { self.see_through(from, chosen, &aim, trail) } {
-            Some(share) => trail.light(&aim.emission, weight * share, trail.len() - before),
-            None => trail.truncate(before),
-        }
-    }
-
-    /// Nothing stands between a place and where a lamp was aimed at.
-    fn is_open(&self, from: Vec3A, lamp: usize, aim: &Aim) -> bool {
-        let geometry = &self.scene.geometry;
-        match (aim.point, &self.scene.lamps[lamp]) {
-            (Some(_), Lamp::Area(e)) if e.is_vast() => {
-                geometry.closest(from, aim.direction).is_some_and(|h| h.surface.emitter == Some(lamp as u32))
-            }
-            (Some(point), _) => geometry.visible(from, point),
-            (None, _) => geometry.unoccluded(from, aim.direction),
-        }
-    }
-
-    /// Looks at a lamp through panes and notes their tints; what they leave of all wavelengths alike, or `None` where something
-    /// opaque stands between.
-    fn see_through(&self, mut from: Vec3A, lamp: usize, aim: &Aim, trail: &mut Trail) -> Option<f32> {
-        const MOST_PANES: usize = 64;
-        let mut share = 1.0;
-        for _ in 0..MOST_PANES {
-            if self.is_open(from, lamp, aim) {
-                return Some(share);
-            }
-            let Some(hit) = self.scene.geometry.closest(from, aim.direction) else { return Some(share) };
-            let material = &self.scene.materials[hit.surface.material as usize];
-            if !material.is_clear() {
-                return None;
-            }
-            let front = hit.normal.dot(aim.direction) < 0.0;
-            let (site, shading) = self.scene.site(&hit, front);
-            let meeting = Meeting::new(&hit, front, shading, aim.direction);
-            let mut lobes = Lobes::default();
-            material.lobes(&site, meeting.out, &mut lobes);
-            let lobe = lobes.iter().find(|l| l.kernel.is_straight())?;
-            trail.tint(&lobe.tint, 1.0);
-            share *= lobe.factor;
-            from = meeting.start(true).0;
-        }
-        None
-    }
 }
 
 /// A vector that is a unit vector but for rounding, without a root.
 fn unit(v: Vec3A) -> Vec3A {
     v * (1.5 - 0.5 * v.length_squared())
-}
-
-/// Weight of the first of two ways to find the same light, densities a and b [Veach 1997].
-fn power_heuristic(a: f32, b: f32) -> f32 {
-    let ratio = b / a;
-    1.0 / (1.0 + ratio * ratio)
 }

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 
 use crate::notes::Notes;
 use crate::render::checkpoint::Checkpoint;
-use crate::render::estimate::{Effort, Estimate, NEIGHBOURS, Probe, Quality, Quantity, What, estimator, note_endless};
+use crate::render::estimate::{Effort, Estimate, NEIGHBOURS, Probe, Quality, Quantity, What, estimator};
+use crate::render::method::Choice;
 use crate::render::sampler::shared_well;
 use crate::scene::Scene;
 use crate::stream::{Block, Components, Header, Picture, Resolution, Units};
@@ -18,6 +19,8 @@ use crate::{Result, invalid, parallel};
 pub struct Job {
     /// What a pixel holds.
     pub quantity: Quantity,
+    /// How Eq. (1) is solved.
+    pub method: Choice,
     /// Work a pixel.
     pub effort: Work,
     /// Rows from and to (not included).
@@ -41,6 +44,8 @@ pub enum Work {
 
 /// Rows rendered at a time: enough pixels that all threads stay busy.
 const PIXELS_A_BLOCK: usize = 8192;
+/// The same where rows are kept: a kill loses no more than these.
+const PIXELS_KEPT: usize = 512;
 
 /// A render in progress.
 struct Rendering {
@@ -113,7 +118,7 @@ pub fn render(scene: Scene, job: Job, mut history: Vec<u8>) -> Result<Box<dyn Pi
     if (first, end) != (0, height) {
         header.lines.push(format!("ROWS= {first} {end} {height}").into_bytes());
     }
-    let estimate = estimator(Arc::new(scene), &job.quantity)?;
+    let estimate = estimator(Arc::new(scene), &job.quantity, &job.method)?;
     let effort = match job.effort {
         Work::Each(effort) => effort,
         Work::Time(time) => {
@@ -232,7 +237,7 @@ impl Rendering {
                 self.notes.add(format!("{:.1} paths a pixel", paths as f64 / pixels as f64));
             }
         }
-        note_endless(&*self.estimate, &self.notes);
+        self.estimate.report(&self.notes);
     }
 }
 
@@ -242,7 +247,8 @@ impl Picture for Rendering {
     }
 
     fn next(&mut self, block: &mut Block) -> Result<bool> {
-        let rows = PIXELS_A_BLOCK.div_ceil(self.width).min(self.end - self.row);
+        let pixels = if self.checkpoint.is_some() { PIXELS_KEPT } else { PIXELS_A_BLOCK };
+        let rows = pixels.div_ceil(self.width).min(self.end - self.row);
         let n = self.header.ncomp;
         block.rows = rows;
         block.data.resize(rows * self.width * n, 0.0);

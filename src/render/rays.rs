@@ -4,12 +4,12 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3A};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::printable;
 use crate::render::estimate::{Effort, Estimate, NEIGHBOURS, Probe, Quality};
-use crate::scene::{Scene, ray};
+use crate::scene::Scene;
 use crate::{Error, Result, invalid, parallel};
 
 /// Lines answered at a time.
@@ -77,13 +77,8 @@ impl Lines {
         Ok(match self.irradiance {
             false => Probe::Ray { origin: place, direction: unit, number: *number },
             // Users put points onto surfaces: what they see starts just above.
-            true => Probe::Irradiance { point: self.lifted(place, unit), normal: unit, number: *number },
+            true => Probe::Irradiance { point: self.scene.lifted(place, unit), normal: unit, number: *number },
         })
-    }
-
-    /// A point moved up its normal by what its coordinates cannot tell apart.
-    fn lifted(&self, point: Vec3A, normal: Vec3A) -> Vec3A {
-        ray::offset(point, normal)
     }
 
     fn measure(&self, probes: &[Probe]) -> Vec<(Vec<f32>, Quality)> {

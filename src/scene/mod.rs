@@ -104,6 +104,16 @@ impl Scene {
         (Site { place, uv: shading.uv, colour: shading.colour, front }, shading.normal)
     }
 
+    /// A point that is meant to lie on a surface, moved off it to the side of its normal; one that lies on none stays where it
+    /// is.
+    pub fn lifted(&self, point: Vec3A, normal: Vec3A) -> Vec3A {
+        // As far as text of six digits may be off.
+        let near = normal * (4e-6 * point.abs().max_element().max(0.25));
+        let towards = |from: Vec3A, to: Vec3A| self.geometry.closest(from, to - from).filter(|h| h.t <= 1.0);
+        let hit = towards(point + near, point - near).or_else(|| towards(point - near, point + near));
+        hit.map_or(point, |h| ray::offset(h.point, normal, h.reach))
+    }
+
     /// Chromaticity of the light that emits the most luminous flux: the picture's white. `None` without visible light.
     pub fn white(&self) -> Result<Option<Xy>> {
         let observer = Observer::cie1931()?;

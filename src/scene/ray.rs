@@ -2,19 +2,15 @@
 
 use glam::Vec3A;
 
-/// Moves a point off its surface, to the side that `normal` points to, by a few units in the last place: far enough that a
-/// ray from there does not meet the surface again, near enough not to be seen [Waechter 2019], a quarter of that paper's
-/// steps: the places come to the last bit of the surface here.
-pub fn offset(point: Vec3A, normal: Vec3A) -> Vec3A {
-    const NEAR: f32 = 1.0 / 32.0;
-    const FLOAT_SCALE: f32 = 1.0 / 262_144.0;
-    const INT_SCALE: f32 = 64.0;
-    let one = |p: f32, n: f32| {
-        let steps = (INT_SCALE * n) as i32;
-        let moved = f32::from_bits((p.to_bits() as i32).wrapping_add(if p < 0.0 { -steps } else { steps }) as u32);
-        if p.abs() < NEAR { p + FLOAT_SCALE * n } else { moved }
-    };
-    Vec3A::new(one(point.x, normal.x), one(point.y, normal.y), one(point.z, normal.z))
+/// Moves a point off its surface, to the side that `normal` points to, by a few units in the last place of `reach`, the largest
+/// coordinate that the place was computed from: far enough that a ray from there does not meet the surface again, near enough not
+/// to be seen. Where a wide floor is met near the origin it is the floor's corners that rounding goes by, not the place's own
+/// coordinates, as in Waechter and Binder (2019).
+#[inline]
+pub fn offset(point: Vec3A, normal: Vec3A, reach: f32) -> Vec3A {
+    const SHARE: f32 = 1.0 / 131_072.0;
+    const NEAR: f32 = 1.0 / 1_048_576.0;
+    point + normal * (SHARE * reach.max(NEAR))
 }
 
 /// Two vectors that complete a unit vector to an orthonormal frame (Duff et al. 2017).

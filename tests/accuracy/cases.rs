@@ -7,8 +7,10 @@ use std::time::{Duration, Instant};
 use glam::{DVec3, Vec3A};
 use luxpipe::parallel;
 use luxpipe::render::estimate::{Effort, Estimate, Probe, Quantity, What, estimator};
+use luxpipe::render::method::Choice;
+use luxpipe::render::path;
 use luxpipe::render::sampler::Sampler;
-use luxpipe::scene::{Scene, load, ray};
+use luxpipe::scene::{Scene, load};
 use luxpipe::spectral::Sampling;
 use rayon::prelude::*;
 
@@ -117,9 +119,9 @@ fn scene(text: &str) -> Scene {
 fn estimator_of(text: &str, max_bounces: u32) -> (Arc<Scene>, Arc<dyn Estimate>) {
     // All spectra are flat: four wavelengths are as good as eighty.
     let sampling = Sampling::bins(380.0, 780.0, 4).unwrap();
-    let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed: 1, max_bounces, split: 1 };
+    let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed: 1 };
     let scene = Arc::new(scene(text));
-    let estimate = estimator(scene.clone(), &quantity).unwrap();
+    let estimate = estimator(scene.clone(), &quantity, &Choice::Path(path::Options { max_bounces, split: 1 })).unwrap();
     (scene, estimate)
 }
 
@@ -149,7 +151,7 @@ impl Place {
             let mut out = [0.0; 3];
             estimate.measure(&[probe], Effort::Paths(paths), &mut out)[0].luminance
         };
-        let lifted = |p: Vec3A, n: Vec3A| ray::offset(p, n);
+        let lifted = |p: Vec3A, n: Vec3A| scene.lifted(p, n);
         let number = u64::from(replicate);
         // A point on a surface for each path, drawn from a net of its own.
         let over = |place: &dyn Fn([f64; 2]) -> (DVec3, DVec3)| {

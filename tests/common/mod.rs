@@ -8,6 +8,8 @@ use std::process::{Command, Output, Stdio};
 use luxpipe::notes::Notes;
 use luxpipe::parallel;
 use luxpipe::render::estimate::{Effort, Quantity, What};
+use luxpipe::render::method::Choice;
+use luxpipe::render::path;
 use luxpipe::render::picture::{Job, Work, render};
 use luxpipe::scene::{Scene, load};
 use luxpipe::spectral::Sampling;
@@ -35,11 +37,10 @@ pub fn job(scene: &Scene, bands: usize, samples: u32, seed: u32) -> Job {
         range_nm: (380.0, 780.0),
         what: What::Xyz,
         seed,
-        max_bounces: scene.max_bounces.unwrap_or(u32::MAX),
-        split: 1,
     };
     Job {
         quantity,
+        method: Choice::Path(path::Options { max_bounces: scene.max_bounces.unwrap_or(u32::MAX), split: 1 }),
         effort: Work::Each(Effort::Paths(samples)),
         rows: (0, scene.camera.as_ref().unwrap().height),
         progress: false,

@@ -39,4 +39,8 @@ impl Kernel for Lambert {
     fn transmits(&self) -> bool {
         self.through
     }
+
+    fn is_matt(&self) -> bool {
+        true
+    }
 }

@@ -47,6 +47,11 @@ pub trait Kernel: Send + Sync {
         false
     }
 
+    /// Shows the same of its light from everywhere: a lobe of the cosine.
+    fn is_matt(&self) -> bool {
+        false
+    }
+
     /// Sends light along single directions only: nothing to aim at a lamp for.
     fn is_specular(&self) -> bool {
         false

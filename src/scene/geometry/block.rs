@@ -114,11 +114,13 @@ fn extreme(u: Vec3A, v: Vec3A, from: Vec3A, direction: Vec3A) -> (Vec3A, [f32; 2
 }
 
 impl Triangles {
-    /// Point, unit normal and weights of the second and third corner where a ray crosses a lane's triangle.
+    /// Point, unit normal and weights of the second and third corner where a ray crosses a lane's triangle, and the largest
+    /// coordinate of its corners.
     #[inline(always)]
-    pub fn locate(&self, lane: usize, ray: &Ray, t: f32) -> (Vec3A, Vec3A, [f32; 2]) {
+    pub fn locate(&self, lane: usize, ray: &Ray, t: f32) -> (Vec3A, Vec3A, [f32; 2], f32) {
         let (a, b, c) = (self.corner(0, lane), self.corner(1, lane), self.corner(2, lane));
-        locate([a, b - a, c - a], ray, t, |x| 1.0 - x)
+        let (point, normal, bary) = locate([a, b - a, c - a], ray, t, |x| 1.0 - x);
+        (point, normal, bary, a.abs().max(b.abs()).max(c.abs()).max_element())
     }
 }
 
@@ -128,11 +130,14 @@ impl Quads {
         [corner, corner + u, corner + (u + v), corner + v]
     }
 
-    /// Point, unit normal and fractions of u and v where a ray crosses a lane's parallelogram.
+    /// Point, unit normal and fractions of u and v where a ray crosses a lane's parallelogram, and the largest coordinate of its
+    /// corners.
     #[inline(always)]
-    pub fn locate(&self, lane: usize, ray: &Ray, t: f32) -> (Vec3A, Vec3A, [f32; 2]) {
+    pub fn locate(&self, lane: usize, ray: &Ray, t: f32) -> (Vec3A, Vec3A, [f32; 2], f32) {
         let (a, b, d) = (self.corner(0, lane), self.corner(1, lane), self.corner(3, lane));
-        locate([a, b - a, d - a], ray, t, |_| 1.0)
+        let (point, normal, bary) = locate([a, b - a, d - a], ray, t, |_| 1.0);
+        let reach = a.abs().max(b.abs()).max(d.abs()).max(self.corner(2, lane).abs()).max_element();
+        (point, normal, bary, reach)
     }
 }
 

@@ -103,6 +103,8 @@ pub struct Hit {
     /// Triangle: weights of its second and third corner. Parallelogram: fractions of u and v. Sphere: longitude and
     /// colatitude about z; disk: angle and radius; cylinder: angle and height; all in 0..1.
     pub bary: [f32; 2],
+    /// The largest coordinate that the point was computed from: it is as uncertain as that number's last place.
+    pub reach: f32,
 }
 
 /// What a material may ask of a hit.
@@ -210,7 +212,9 @@ impl Geometry {
 
     /// True when nothing stands between two points, both already moved off their surfaces.
     pub fn visible(&self, from: Vec3A, to: Vec3A) -> bool {
-        !self.any(from, to - from, 1.0)
+        // From far away the other point cannot be told from its surface, however far it was moved off.
+        const SHORT: f32 = 1.0 - 1.0 / 131_072.0;
+        !self.any(from, to - from, SHORT)
     }
 
     /// True when a ray meets nothing.
@@ -337,6 +341,7 @@ impl Geometry {
         // The same ray was traced there: it is one.
         let inside = Ray::new(origin, direction, group.tree.low, group.tree.high).unwrap_or(*ray);
         let mut place = group.tree.place(&inside, found);
+        place.reach = placed.reach(place.point, place.reach);
         place.point = placed.point(place.point);
         place.normal = placed.normal(place.normal);
         let own = group.surface(place.primitive);
@@ -350,13 +355,14 @@ struct Place {
     point: Vec3A,
     normal: Vec3A,
     bary: [f32; 2],
+    reach: f32,
     primitive: u32,
 }
 
 impl Hit {
     fn new(t: f32, place: Place, surface: Surface, placement: Option<u32>) -> Hit {
-        let Place { point, normal, bary, primitive } = place;
-        Hit { t, point, normal, surface, primitive, placement, bary }
+        let Place { point, normal, bary, reach, primitive } = place;
+        Hit { t, point, normal, surface, primitive, placement, bary, reach }
     }
 }
 
@@ -378,18 +384,18 @@ impl Tree {
         match found.link.kind() {
             Link::TRIANGLES => {
                 let block = &self.triangles[index];
-                let (point, normal, bary) = block.locate(lane, ray, found.t);
-                Place { point, normal, bary, primitive: block.ids[lane & 7] }
+                let (point, normal, bary, reach) = block.locate(lane, ray, found.t);
+                Place { point, normal, bary, reach, primitive: block.ids[lane & 7] }
             }
             Link::QUADS => {
                 let block = &self.quads[index];
-                let (point, normal, bary) = block.locate(lane, ray, found.t);
-                Place { point, normal, bary, primitive: block.ids[lane & 7] }
+                let (point, normal, bary, reach) = block.locate(lane, ray, found.t);
+                Place { point, normal, bary, reach, primitive: block.ids[lane & 7] }
             }
             _ => {
                 let (round, primitive) = &self.rounds[index];
                 let (point, normal, bary) = round.locate(ray.origin + ray.direction * found.t);
-                Place { point, normal, bary, primitive: *primitive }
+                Place { point, normal, bary, reach: round.reach(), primitive: *primitive }
             }
         }
     }

@@ -253,6 +253,14 @@ impl Placed {
         self.to_scene.transform_point3(point.as_dvec3()).as_vec3a()
     }
 
+    /// The largest coordinate that a place in the scene was computed from, by the place and that number in the group.
+    pub fn reach(&self, point: Vec3A, reach: f32) -> f32 {
+        let m = &self.to_scene.matrix3;
+        let stretch = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs();
+        let local = stretch.max_element() as f32 * reach.max(point.abs().max_element());
+        local.max(self.to_scene.translation.abs().max_element() as f32)
+    }
+
     /// A normal goes by the transposed inverse and stays on its side.
     pub fn normal(&self, normal: Vec3A) -> Vec3A {
         (self.to_group.matrix3.transpose() * normal.as_dvec3()).normalize_or_zero().as_vec3a()

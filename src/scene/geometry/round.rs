@@ -143,6 +143,16 @@ impl Round {
         }
     }
 
+    /// The largest coordinate of a box around it.
+    pub fn reach(&self) -> f32 {
+        match self {
+            Round::Sphere { center, radius, .. } | Round::Disk { center, radius, .. } => {
+                center.abs().max_element() + radius.abs()
+            }
+            Round::Cylinder { base, height, radius, .. } => base.abs().max_element() + height + radius.abs(),
+        }
+    }
+
     /// Lower and upper corner of a box around it.
     pub fn bounds(&self) -> (Vec3A, Vec3A) {
         // Half the extent of a circle about a unit normal along each axis.

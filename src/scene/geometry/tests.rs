@@ -346,7 +346,7 @@ fn caught(scene: &Geometry, random: &mut Random, origin: Vec3A, target: Vec3A, n
     let mut again = 0;
     for normal in [hit.normal, -hit.normal] {
         let direction = cosine_direction(normal, [random.unit(), random.unit()]);
-        let from = offset(hit.point, normal);
+        let from = offset(hit.point, normal, hit.reach);
         let next = scene.closest(from, direction);
         again += usize::from(
             next.is_some_and(|h| (h.primitive, h.placement) == (hit.primitive, hit.placement) && h.t < near),
@@ -382,6 +382,43 @@ fn no_surface_is_met_twice() {
         }
         assert!(hits > 3000 && again == 0, "{again} of {hits} at {away}");
     }
+}
+
+/// A wide floor met near its middle is as uncertain as its far corners; a lamp seen from far off as its distance.
+#[test]
+fn wide_floors_and_far_lamps_do_not_hide_themselves() {
+    let mut random = Random::new(53);
+    for size in [1.0f32, 30.0, 1e3, 1e5] {
+        for i in 0..2000u32 {
+            let turn = |x: f32, y: f32| vec3a(x, y, 0.3 * x + 0.1 * y) * size;
+            let [a, b, c] = [turn(-1.0, -1.1), turn(1.2, -0.9), turn(-0.8, 1.3)];
+            let floor = match i % 2 {
+                0 => Primitive::Triangle([a, b, c]),
+                _ => Primitive::Parallelogram { corner: a, u: b - a, v: c - a },
+            };
+            let scene = of(vec![floor]);
+            let Some(n) = caught(&scene, &mut random, vec3a(0.5, 0.2, 3.0), random_near(i), f32::INFINITY) else {
+                continue;
+            };
+            assert_eq!(n, 0, "floor of {size}");
+        }
+    }
+    for away in [10.0f32, 1e3, 1e5] {
+        for i in 0..2000 {
+            let lamp = random.primitive(0.5);
+            let scene = of(vec![lamp]);
+            let from = random.direction() * away;
+            let Some(hit) = scene.closest(from, random.cube() * 0.3 - from) else { continue };
+            let side = if hit.normal.dot(from) > 0.0 { hit.normal } else { -hit.normal };
+            // What a lamp is aimed at lies off it by what its own coordinates are worth.
+            assert!(scene.visible(from, offset(hit.point, side, 1.0)), "{i}: {lamp:?} from {from}");
+        }
+    }
+}
+
+fn random_near(i: u32) -> Vec3A {
+    let mut random = Random::new(u64::from(i));
+    random.cube() * 0.5
 }
 
 fn moved(primitive: Primitive, size: f32, by: Vec3A) -> Primitive {

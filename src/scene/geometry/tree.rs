@@ -190,10 +190,10 @@ impl Tree {
 
     /// Over at least one item, fewer than [`Link::MOST`] of each kind.
     pub fn build(items: Items) -> Tree {
+        crate::parallel::ready();
         if let Some(few) = Tree::few(items) {
             return few;
         }
-        crate::parallel::ready();
         let boxes = items.bounds();
         let tree = Cut::new(Binary::clustered(&boxes), items).finish();
         if tree.stacked <= DEEPEST { tree } else { Tree::halved(items) }

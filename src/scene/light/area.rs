@@ -22,12 +22,12 @@ pub struct Emitter {
     pub shape: Shape,
     /// A flat one in single precision.
     flat: Option<Flat>,
-    /// See [`Emitter::is_vast`].
-    vast: bool,
+    /// The largest coordinate of a box around it.
+    reach: f32,
 }
 
 /// Size in the frame's units from which on a surface is vast.
-const VAST: f64 = 64.0;
+const VAST: f32 = 64.0;
 
 /// A parallelogram or triangle seen from afar: a place of its area is as good as one of its solid angle, and far cheaper.
 #[derive(Clone, Copy, Debug)]
@@ -170,16 +170,16 @@ struct Place {
 impl Emitter {
     /// A surface with its light.
     pub fn new(light: usize, shape: Shape) -> Emitter {
-        let mut emitter = Emitter { light, flat: Flat::new(&shape), shape, vast: false };
+        let mut emitter = Emitter { light, flat: Flat::new(&shape), shape, reach: 0.0 };
         let ([low, high], ..) = emitter.bounds();
-        emitter.vast = low.abs().max(high.abs()).max_element() > VAST;
+        emitter.reach = low.abs().max(high.abs()).max_element() as f32;
         emitter
     }
 
     /// Reaches so far that single precision cannot tell a place on it from one just in front of it: whether it is seen is asked
     /// by what is met, not by whether anything lies before the place.
     pub fn is_vast(&self) -> bool {
-        self.vast
+        self.reach > VAST
     }
 
     /// Area in m2.
@@ -224,7 +224,7 @@ impl Emitter {
     #[inline]
     pub fn aim(&self, from: Vec3A, u: [f32; 2]) -> Option<Aim> {
         let Place { point, normal, direction, pdf } = self.place(from, u)?;
-        Some(Aim { direction, point: Some(ray::offset(point, normal)), pdf, emission: self.emission() })
+        Some(Aim { direction, point: Some(ray::offset(point, normal, self.reach)), pdf, emission: self.emission() })
     }
 
     /// Chooses a place as seen from `from`; `None` where the front cannot be seen.

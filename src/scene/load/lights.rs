@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use crate::color::Uplift;
 use crate::keys::Keys;
@@ -199,6 +199,12 @@ fn spot_place(k: &mut Keys, metres: f64) -> Result<Place> {
     Ok(Place::Point { position, distribution: Arc::new(Spot::new(axis, inner / 2.0, outer / 2.0)) })
 }
 
+/// Where a luminaire's horizontal angle 0 points unless given: +x for one that hangs, turned with its nadir for others.
+fn turned_x(down: DVec3) -> DVec3 {
+    let down = down.normalize_or(-DVec3::Z);
+    if down.z > 0.999_999 { DVec3::X } else { DQuat::from_rotation_arc(-DVec3::Z, down) * DVec3::X }
+}
+
 /// The luminaire, and the intensity that its file states.
 fn ies_place(k: &mut Keys, metres: f64, folder: &Path) -> Result<(Place, Power)> {
     let (file, span) = k.get_spanned::<String>("file")?.ok_or_else(|| k.wrong("key 'file' is missing"))?;
@@ -210,7 +216,7 @@ fn ies_place(k: &mut Keys, metres: f64, folder: &Path) -> Result<(Place, Power)>
     }
     let position = point(k, "position")? * metres;
     let down = if k.peek::<toml::Value>("direction").is_some() { direction(k, "direction")? } else { -DVec3::Z };
-    let c0 = k.get::<[f64; 3]>("c0")?.map_or_else(|| down.any_orthonormal_vector(), DVec3::from);
+    let c0 = k.get::<[f64; 3]>("c0")?.map_or_else(|| turned_x(down), DVec3::from);
     let luminaire = Luminaire::new(photometry, down, c0);
     let luminaire = luminaire.ok_or_else(|| k.wrong("c0: must not be parallel to direction"))?;
     let peak = Power::Candela(luminaire.peak_cd());

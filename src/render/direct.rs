@@ -1,0 +1,122 @@
+//! Direct light: lamps looked at from a surface, through panes where there are any.
+
+use glam::Vec3A;
+
+use crate::material::{Lobe, Lobes};
+use crate::render::meeting::Meeting;
+use crate::render::trail::Trail;
+use crate::scene::Scene;
+use crate::scene::light::{Aim, Lamp};
+
+/// A scene's lamps.
+#[derive(Clone, Copy)]
+pub struct Direct<'a> {
+    /// With its lamps.
+    pub scene: &'a Scene,
+}
+
+/// One look at one lamp.
+#[derive(Clone, Copy)]
+pub struct Look {
+    /// Number of the lamp.
+    pub lamp: usize,
+    /// With which it was chosen.
+    pub chance: f32,
+    /// Chooses a place on it.
+    pub u: [f32; 2],
+    /// The lobe's own directions are followed as well, and may run into the lamp.
+    pub may_run_into: bool,
+    /// Something may stand between.
+    pub shadows: bool,
+}
+
+impl Direct<'_> {
+    /// Next event estimation: one place on one lamp, weighed against the chance of running into it.
+    pub fn look(&self, at: &Meeting, lobe: &Lobe, share: f32, mut u: [f32; 2], trail: &mut Trail) {
+        let (from, normal) = at.start(lobe.kernel.transmits());
+        let Some((lamp, chance)) = self.scene.tree.choose(from, Some(normal), &mut u[0]) else { return };
+        self.look_at(at, lobe, share, &Look { lamp, chance, u, may_run_into: true, shadows: true }, trail);
+    }
+
+    /// The light of one lamp that leaves through a lobe, times `share`.
+    #[inline(always)]
+    pub fn look_at(&self, at: &Meeting, lobe: &Lobe, share: f32, look: &Look, trail: &mut Trail) {
+        let scene = self.scene;
+        let transmits = lobe.kernel.transmits();
+        let (from, normal) = at.start(transmits);
+        let Look { lamp: chosen, chance, u, may_run_into, shadows } = *look;
+        let Some(aim) = scene.lamps[chosen].aim(from, u) else { return };
+        let inc = at.local(aim.direction);
+        if aim.direction.dot(normal) <= 0.0 || (inc.z < 0.0) != transmits {
+            return;
+        }
+        let value = lobe.kernel.evaluate(at.out, inc);
+        if value.f_cos <= 0.0 {
+            return;
+        }
+        let open = !shadows || self.is_open(from, chosen, &aim);
+        if !(open || scene.clear) {
+            return;
+        }
+        let weight = share
+            * if aim.pdf.is_finite() {
+                let pdf = aim.pdf * chance;
+                value.f_cos / pdf * if may_run_into { power_heuristic(pdf, value.pdf) } else { 1.0 }
+            } else {
+                value.f_cos / chance
+            };
+        let before = trail.len();
+        if lobe.tint.turns() {
+            trail.tint(&lobe.tint, at.cos_half(inc));
+        }
+        match if open { Some(1.0) } else { self.see_through(from, chosen, &aim, trail) } {
+            Some(share) => trail.light(&aim.emission, weight * share, trail.len() - before),
+            None => trail.truncate(before),
+        }
+    }
+
+    /// Nothing stands between a place and where a lamp was aimed at.
+    fn is_open(&self, from: Vec3A, lamp: usize, aim: &Aim) -> bool {
+        let geometry = &self.scene.geometry;
+        match (aim.point, &self.scene.lamps[lamp]) {
+            (Some(_), Lamp::Area(e)) if e.is_vast() => {
+                geometry.closest(from, aim.direction).is_some_and(|h| h.surface.emitter == Some(lamp as u32))
+            }
+            (Some(point), _) => geometry.visible(from, point),
+            (None, _) => geometry.unoccluded(from, aim.direction),
+        }
+    }
+
+    /// Looks at a lamp through panes and notes their tints; what they leave of all wavelengths alike, or `None` where something
+    /// opaque stands between.
+    fn see_through(&self, mut from: Vec3A, lamp: usize, aim: &Aim, trail: &mut Trail) -> Option<f32> {
+        const MOST_PANES: usize = 64;
+        let mut share = 1.0;
+        for _ in 0..MOST_PANES {
+            if self.is_open(from, lamp, aim) {
+                return Some(share);
+            }
+            let Some(hit) = self.scene.geometry.closest(from, aim.direction) else { return Some(share) };
+            let material = &self.scene.materials[hit.surface.material as usize];
+            if !material.is_clear() {
+                return None;
+            }
+            let front = hit.normal.dot(aim.direction) < 0.0;
+            let (site, shading) = self.scene.site(&hit, front);
+            let meeting = Meeting::new(&hit, front, shading, aim.direction);
+            let mut lobes = Lobes::default();
+            material.lobes(&site, meeting.out, &mut lobes);
+            let lobe = lobes.iter().find(|l| l.kernel.is_straight())?;
+            trail.tint(&lobe.tint, 1.0);
+            share *= lobe.factor;
+            from = meeting.start(true).0;
+        }
+        None
+    }
+}
+
+/// Weight of the first of two ways to find the same light, densities a and b [Veach 1997].
+pub fn power_heuristic(a: f32, b: f32) -> f32 {
+    let ratio = b / a;
+    1.0 / (1.0 + ratio * ratio)
+}

@@ -1,0 +1,164 @@
+//! Local illumination: the paper's cheap approximation, "a simple sum over light sources and a general ambient term", with its
+//! tricks: shadows or none, reflections of what lies around the scene or none, an ambient term.
+//!
+//! A surface shows the lamps in each of its lobes. What other surfaces would send it is one radiance from everywhere: the one
+//! that keeps the scene's balance of light ([`Balance`]), one that is given, or none. Lobes that are not matt show lamps and
+//! sky in their own direction, and the ambient radiance where a surface lies there. Light goes straight on through panes.
+//!
+//! It cannot show what surfaces show of each other: colour that bleeds, bright and dark parts of indirect light, mirrored
+//! rooms, light bent by glass, caustics.
+
+use std::sync::Arc;
+
+use glam::Vec3A;
+
+use crate::material::kernel::lambert::Lambert;
+use crate::material::{Base, Ink, Lobe, Lobes, Tint};
+use crate::notes::Notes;
+use crate::render::balance::Balance;
+use crate::render::meeting::Meeting;
+use crate::render::method::Method;
+use crate::render::sampler::Sampler;
+use crate::render::shade::{Ambient, Pairs, Shade};
+use crate::render::trail::Trail;
+use crate::scene::light::Lamp;
+use crate::scene::{Scene, ray};
+use crate::{Result, invalid};
+
+/// Panes that are looked through.
+const MOST_PANES: usize = 64;
+/// The first pair of a sampler's numbers that is free.
+const FIRST_PAIR: u32 = 2;
+/// A share of interreflected light that is worth a word: one constant stands for all of it.
+const STRONG: f64 = 0.2;
+
+/// What comes from where light is not known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Term {
+    /// What keeps the scene's balance.
+    Balance,
+    /// A luminance in cd/m2, of the balance's colour.
+    Luminance(f64),
+}
+
+/// What can be asked of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// The ambient term.
+    pub ambient: Term,
+    /// Lamps may be hidden.
+    pub shadows: bool,
+    /// Lobes that are not matt show lamps and sky.
+    pub reflections: bool,
+}
+
+/// Local illumination of a scene.
+pub struct Local {
+    scene: Arc<Scene>,
+    options: Options,
+    balance: Balance,
+    ambient: Vec<Ambient>,
+    inks: Vec<Ink>,
+}
+
+impl Local {
+    /// Balances the scene's light over wavelengths in nm.
+    pub fn new(scene: Arc<Scene>, options: Options, range_nm: (f64, f64)) -> Result<Local> {
+        let balance = Balance::of(&scene, range_nm)?;
+        let [found, _] = balance.luminance_cd_m2;
+        let factor = match options.ambient {
+            Term::Balance => 1.0,
+            Term::Luminance(0.0) => 0.0,
+            Term::Luminance(cd_m2) if found > 0.0 => cd_m2 / found,
+            Term::Luminance(cd_m2) => {
+                return invalid!(
+                    "no surface reflects visible light: an ambient term of {cd_m2} cd/m2 would have no colour"
+                );
+            }
+        };
+        let mut local = Local { scene, options, balance, ambient: Vec::new(), inks: Vec::new() };
+        if factor > 0.0 {
+            for (light, factors) in &local.balance.ambient {
+                let ink = (local.scene.inks.len() + local.inks.len()) as u32;
+                local.ambient.push((*light, Tint::Base(Base::Ink(ink))));
+                local.inks.push(Ink::Reflectance(factors.scaled(factor)));
+            }
+        }
+        Ok(local)
+    }
+
+    fn shade(&self) -> Shade<'_> {
+        let Options { shadows, reflections, .. } = self.options;
+        Shade { scene: &self.scene, ambient: &self.ambient, shadows, reflections }
+    }
+}
+
+impl Method for Local {
+    fn radiance(&self, mut origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
+        let (scene, shade) = (&*self.scene, self.shade());
+        let mut pairs = Pairs::new(sampler, FIRST_PAIR);
+        for _ in 0..MOST_PANES {
+            let Some(hit) = scene.geometry.closest(origin, direction) else {
+                for lamp in scene.tree.distant() {
+                    if let Some((emission, _)) = scene.lamps[lamp].beyond(direction) {
+                        trail.light(&emission, 1.0, 0);
+                    }
+                }
+                return;
+            };
+            let front = hit.normal.dot(direction) < 0.0;
+            if let Some(Lamp::Area(e)) = hit.surface.emitter.filter(|_| front).map(|l| &scene.lamps[l as usize]) {
+                trail.light(&e.emission(), 1.0, 0);
+            }
+            let (site, shading) = scene.site(&hit, front);
+            let at = Meeting::new(&hit, front, shading, direction);
+            let mut lobes = Lobes::default();
+            scene.materials[hit.surface.material as usize].lobes(&site, at.out, &mut lobes);
+            trail.fork();
+            for lobe in lobes.iter().filter(|l| !l.kernel.is_straight()) {
+                trail.branch();
+                shade.lobe(&at, lobe, &mut pairs, trail);
+            }
+            // The last branch, since it may fork again; of several ways straight on, one by lot.
+            let mut straight = Lobes::default();
+            lobes.iter().filter(|l| l.kernel.is_straight()).for_each(|l| straight.push(*l));
+            let lot = if straight.len() > 1 { pairs.pair()[0] } else { 0.0 };
+            let Some(lobe) = straight.choose(lot) else { return };
+            trail.branch();
+            trail.tint(&lobe.tint, 1.0);
+            trail.tint(&Tint::Base(Base::Grey(lobe.factor)), 1.0);
+            origin = at.start(true).0;
+        }
+    }
+
+    fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
+        static WHITE: Lambert = Lambert { through: false };
+        let (x, y) = ray::frame(normal);
+        let at = Meeting { side: normal, point, reach: 0.0, axes: [x, y, normal], out: Vec3A::Z };
+        let lobe = Lobe { kernel: &WHITE, tint: Tint::None, factor: 1.0, odds: 1.0 };
+        self.shade().lobe(&at, &lobe, &mut Pairs::new(sampler, FIRST_PAIR), trail);
+    }
+
+    fn inks(&self) -> &[Ink] {
+        &self.inks
+    }
+
+    fn report(&self, notes: &Notes) {
+        let Balance { luminance_cd_m2: [balanced, error], interreflected, closed, .. } = &self.balance;
+        let used = match self.options.ambient {
+            Term::Balance => String::new(),
+            Term::Luminance(cd_m2) => format!("; {cd_m2} is used"),
+        };
+        notes.add(format!(
+            "local illumination: surfaces see others in {:.1} % of their directions, {:.1} % of their light comes from others; an \
+             ambient term of {balanced:.4} +- {error:.1e} cd/m2 keeps the balance{used}",
+            100.0 * closed,
+            100.0 * interreflected
+        ));
+        if *interreflected > STRONG {
+            notes.add(
+                "one ambient radiance stands for strong interreflection, which differs from place to place: see --method path",
+            );
+        }
+    }
+}

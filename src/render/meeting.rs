@@ -1,0 +1,57 @@
+//! A surface met by a ray, as its material sees it.
+
+use glam::Vec3A;
+
+use crate::scene::{Hit, ray};
+
+/// A surface that a path has met, in the frame of its shading normal.
+pub struct Meeting {
+    /// The geometric normal on the side that the path came from.
+    pub side: Vec3A,
+    /// Where.
+    pub point: Vec3A,
+    /// The largest coordinate that it was computed from; 0 for a point that is off its surface.
+    pub reach: f32,
+    /// The shading normal last.
+    pub axes: [Vec3A; 3],
+    /// To where the path came from, in this frame.
+    pub out: Vec3A,
+}
+
+impl Meeting {
+    /// `front` says which side of the surface the path came from, `shading` is the front's normal.
+    pub fn new(hit: &Hit, front: bool, shading: Vec3A, direction: Vec3A) -> Meeting {
+        let side = if front { hit.normal } else { -hit.normal };
+        let mut z = if front { shading } else { -shading };
+        // An interpolated normal can turn away from who looks at it.
+        if z.dot(direction) > -1e-4 {
+            z = side;
+        }
+        let (x, y) = ray::frame(z);
+        let mut meeting = Meeting { side, point: hit.point, reach: hit.reach, axes: [x, y, z], out: Vec3A::Z };
+        meeting.out = meeting.local(-direction);
+        meeting.out.z = meeting.out.z.max(1e-6);
+        meeting
+    }
+
+    /// A direction in this frame.
+    pub fn local(&self, v: Vec3A) -> Vec3A {
+        Vec3A::new(v.dot(self.axes[0]), v.dot(self.axes[1]), v.dot(self.axes[2]))
+    }
+
+    /// And back.
+    pub fn world(&self, v: Vec3A) -> Vec3A {
+        self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
+    }
+
+    /// Normal of the side on which a lobe's light arrives, and a start of rays there.
+    pub fn start(&self, transmits: bool) -> (Vec3A, Vec3A) {
+        let side = if transmits { -self.side } else { self.side };
+        (ray::offset(self.point, side, self.reach), side)
+    }
+
+    /// Cosine between half vector and direction of a reflection.
+    pub fn cos_half(&self, inc: Vec3A) -> f32 {
+        (self.out + inc).normalize_or_zero().dot(self.out).clamp(0.0, 1.0)
+    }
+}

@@ -1,0 +1,52 @@
+//! Ways to solve Eq. (1), one file each, behind one interface: a method follows light from where it is asked for, and notes
+//! on a trail what came of each lamp and what tinted it. Wavelengths, films, pixels and errors are the same for all.
+
+use std::sync::Arc;
+
+use glam::Vec3A;
+
+use crate::Result;
+use crate::material::Ink;
+use crate::notes::Notes;
+use crate::render::inks::Outline;
+use crate::render::local::{self, Local};
+use crate::render::path::{self, PathTracing};
+use crate::render::sampler::Sampler;
+use crate::render::trail::Trail;
+use crate::scene::Scene;
+
+/// A method on one scene.
+pub trait Method: Send + Sync {
+    /// Notes what comes along a ray, of unit direction: radiance.
+    fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail);
+
+    /// Notes what falls on a point: irradiance over pi, as a white matt surface would show it.
+    fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail);
+
+    /// Spectra of its own that trails refer to, numbered after the scene's.
+    fn inks(&self) -> &[Ink] {
+        &[]
+    }
+
+    /// Says at the end how well it did, and what it left out.
+    fn report(&self, notes: &Notes);
+}
+
+/// A method and what is asked of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Choice {
+    /// Path tracing.
+    Path(path::Options),
+    /// Local illumination.
+    Local(local::Options),
+}
+
+impl Choice {
+    /// Makes the method ready for a scene, of which wavelengths in `range_nm` count.
+    pub fn on(&self, scene: Arc<Scene>, outline: Outline, range_nm: (f64, f64)) -> Result<Box<dyn Method>> {
+        Ok(match self {
+            Choice::Path(options) => Box::new(PathTracing::new(scene, outline, *options)),
+            Choice::Local(options) => Box::new(Local::new(scene, *options, range_nm)?),
+        })
+    }
+}

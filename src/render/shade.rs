@@ -1,0 +1,137 @@
+//! What a surface shows of the lamps at once, without paths: each lobe lit by every lamp, and what its own directions meet.
+
+use glam::Vec3A;
+
+use crate::material::{Lobe, Tint};
+use crate::render::direct::{Direct, Look, power_heuristic};
+use crate::render::meeting::Meeting;
+use crate::render::sampler::Sampler;
+use crate::render::trail::Trail;
+use crate::scene::Scene;
+use crate::scene::light::{Emission, Lamp};
+
+/// So many lamps are all looked at; of more, one by lot.
+const FEW_LAMPS: usize = 8;
+
+/// One light's share of the ambient term: its number, and its tint by a spectrum of factors.
+pub type Ambient = (u32, Tint);
+
+/// How surfaces are shaded.
+#[derive(Clone, Copy)]
+pub struct Shade<'a> {
+    /// What is there.
+    pub scene: &'a Scene,
+    /// Radiance that comes from wherever it is not known better.
+    pub ambient: &'a [Ambient],
+    /// Lamps may be hidden.
+    pub shadows: bool,
+    /// Lobes that are not matt show what lies in their direction: lamps and what is beyond the scene.
+    pub reflections: bool,
+}
+
+/// Deals out a sampler's pairs.
+pub struct Pairs<'a> {
+    sampler: &'a Sampler,
+    next: u32,
+}
+
+impl Pairs<'_> {
+    /// From pair number `next` on.
+    pub fn new(sampler: &Sampler, next: u32) -> Pairs<'_> {
+        Pairs { sampler, next }
+    }
+
+    /// The next two numbers in 0..1.
+    pub fn pair(&mut self) -> [f32; 2] {
+        self.next += 1;
+        self.sampler.pair(self.next - 1)
+    }
+}
+
+impl Shade<'_> {
+    /// Notes the light that leaves through a lobe, which is not straight: of lamps, of what reflects in it, and ambient.
+    pub fn lobe(&self, at: &Meeting, lobe: &Lobe, pairs: &mut Pairs, trail: &mut Trail) {
+        if !lobe.tint.turns() {
+            trail.tint(&lobe.tint, 1.0);
+        }
+        let follow = self.reflections && !lobe.kernel.is_matt();
+        if !lobe.kernel.is_specular() {
+            self.lamps(at, lobe, follow, pairs, trail);
+        }
+        let Some(turn) = lobe.kernel.sample(at.out, pairs.pair()) else { return };
+        if lobe.tint.turns() {
+            trail.tint(&lobe.tint, at.cos_half(turn.inc));
+        }
+        let weight = lobe.factor * turn.weight;
+        if follow {
+            self.reflected(at, lobe, (at.world(turn.inc).normalize(), turn.pdf), weight, trail);
+        } else {
+            self.ambient(weight, trail);
+        }
+    }
+
+    fn lamps(&self, at: &Meeting, lobe: &Lobe, follow: bool, pairs: &mut Pairs, trail: &mut Trail) {
+        let direct = Direct { scene: self.scene };
+        let count = self.scene.lamps.len();
+        let look = |lamp: usize, chance, u| {
+            let may_run_into = follow && self.may_meet(lamp);
+            Look { lamp, chance, u, may_run_into, shadows: self.shadows }
+        };
+        if count <= FEW_LAMPS {
+            for lamp in 0..count {
+                direct.look_at(at, lobe, lobe.factor, &look(lamp, 1.0, pairs.pair()), trail);
+            }
+            return;
+        }
+        let (mut u, (from, normal)) = (pairs.pair(), at.start(lobe.kernel.transmits()));
+        if let Some((lamp, chance)) = self.scene.tree.choose(from, Some(normal), &mut u[0]) {
+            direct.look_at(at, lobe, lobe.factor, &look(lamp, chance, u), trail);
+        }
+    }
+
+    /// Without shadows no ray meets a surface.
+    fn may_meet(&self, lamp: usize) -> bool {
+        self.shadows || self.scene.lamps[lamp].is_distant()
+    }
+
+    /// What lies in a lobe's own direction, which has a density.
+    fn reflected(&self, at: &Meeting, lobe: &Lobe, (direction, pdf): (Vec3A, f32), weight: f32, trail: &mut Trail) {
+        let (scene, (from, normal)) = (self.scene, at.start(lobe.kernel.transmits()));
+        if direction.dot(normal) <= 0.0 {
+            return;
+        }
+        // The chance that a look at the lamps finds the same.
+        let by_look = |lamp, density: f32| {
+            let looks_at_all = scene.lamps.len() <= FEW_LAMPS;
+            let chance = if looks_at_all { 1.0 } else { scene.tree.chance(lamp, from, Some(normal)) };
+            if pdf.is_finite() { power_heuristic(pdf, density * chance) } else { 1.0 }
+        };
+        let hit = self.shadows.then(|| scene.geometry.closest(from, direction)).flatten();
+        if let Some(hit) = hit {
+            let lamp = hit.surface.emitter.filter(|_| hit.normal.dot(direction) < 0.0).map(|l| l as usize);
+            if let Some((lamp, Lamp::Area(e))) = lamp.map(|l| (l, &scene.lamps[l])) {
+                let share = weight * by_look(lamp, e.pdf(from, hit.point, hit.normal));
+                trail.light(&e.emission(), share, 0);
+            }
+            return self.ambient(weight, trail);
+        }
+        let mut nothing = true;
+        for lamp in scene.tree.distant() {
+            nothing = false;
+            if let Some((emission, density)) = scene.lamps[lamp].beyond(direction) {
+                trail.light(&emission, weight * by_look(lamp, density), 0);
+            }
+        }
+        if nothing && !self.shadows {
+            self.ambient(weight, trail);
+        }
+    }
+
+    /// Notes the ambient term.
+    pub fn ambient(&self, weight: f32, trail: &mut Trail) {
+        for (light, tint) in self.ambient {
+            trail.tint(tint, 1.0);
+            trail.light(&Emission::one(*light, 1.0), weight, 1);
+        }
+    }
+}
