@@ -99,12 +99,6 @@ fn locate([corner, u, v]: [Vec3A; 3], ray: &Ray, t: f32, most: impl Fn(f32) -> f
     (corner + u * a + v * b, normal, [a, b])
 }
 
-/// No corner of a surface has a larger coordinate, and the largest is a third of it at least.
-#[inline(always)]
-fn reach([corner, u, v]: [Vec3A; 3]) -> f32 {
-    (corner.abs() + u.abs() + v.abs()).max_element()
-}
-
 /// Normal and fractions of surfaces so small or large that squares leave the range of floats. One that is a mere line has no
 /// plane and perhaps no fractions: it faces the ray, and the corner will do.
 #[cold]
@@ -120,14 +114,13 @@ fn extreme(u: Vec3A, v: Vec3A, from: Vec3A, direction: Vec3A) -> (Vec3A, [f32; 2
 }
 
 impl Triangles {
-    /// Point, unit normal and weights of the second and third corner where a ray crosses a lane's triangle, and a bound
-    /// of its corners' coordinates.
+    /// Point, unit normal and weights of the second and third corner where a ray crosses a lane's triangle, and the largest
+    /// coordinate of its corners.
     #[inline(always)]
     pub fn locate(&self, lane: usize, ray: &Ray, t: f32) -> (Vec3A, Vec3A, [f32; 2], f32) {
         let (a, b, c) = (self.corner(0, lane), self.corner(1, lane), self.corner(2, lane));
-        let sides = [a, b - a, c - a];
-        let (point, normal, bary) = locate(sides, ray, t, |x| 1.0 - x);
-        (point, normal, bary, reach(sides))
+        let (point, normal, bary) = locate([a, b - a, c - a], ray, t, |x| 1.0 - x);
+        (point, normal, bary, a.abs().max(b.abs()).max(c.abs()).max_element())
     }
 }
 
@@ -137,14 +130,14 @@ impl Quads {
         [corner, corner + u, corner + (u + v), corner + v]
     }
 
-    /// Point, unit normal and fractions of u and v where a ray crosses a lane's parallelogram, and a bound of its corners'
-    /// coordinates.
+    /// Point, unit normal and fractions of u and v where a ray crosses a lane's parallelogram, and the largest coordinate of its
+    /// corners.
     #[inline(always)]
     pub fn locate(&self, lane: usize, ray: &Ray, t: f32) -> (Vec3A, Vec3A, [f32; 2], f32) {
         let (a, b, d) = (self.corner(0, lane), self.corner(1, lane), self.corner(3, lane));
-        let sides = [a, b - a, d - a];
-        let (point, normal, bary) = locate(sides, ray, t, |_| 1.0);
-        (point, normal, bary, reach(sides))
+        let (point, normal, bary) = locate([a, b - a, d - a], ray, t, |_| 1.0);
+        let reach = a.abs().max(b.abs()).max(d.abs()).max((b + (d - a)).abs()).max_element();
+        (point, normal, bary, reach)
     }
 }
 

@@ -103,7 +103,7 @@ pub struct Hit {
     /// Triangle: weights of its second and third corner. Parallelogram: fractions of u and v. Sphere: longitude and
     /// colatitude about z; disk: angle and radius; cylinder: angle and height; all in 0..1.
     pub bary: [f32; 2],
-    /// A bound of the coordinates that the point was computed from: it is as uncertain as that number's last place.
+    /// The largest coordinate that the point was computed from: it is as uncertain as that number's last place.
     pub reach: f32,
 }
 
