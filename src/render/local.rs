@@ -21,8 +21,8 @@ use crate::render::method::Method;
 use crate::render::sampler::Sampler;
 use crate::render::shade::{Ambient, Pairs, Shade};
 use crate::render::trail::Trail;
+use crate::scene::Scene;
 use crate::scene::light::Lamp;
-use crate::scene::{Scene, ray};
 use crate::{Result, invalid};
 
 /// Panes that are looked through.
@@ -133,8 +133,7 @@ impl Method for Local {
 
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         static WHITE: Lambert = Lambert { through: false };
-        let (x, y) = ray::frame(normal);
-        let at = Meeting { side: normal, point, reach: 0.0, axes: [x, y, normal], out: Vec3A::Z };
+        let at = Meeting::facing(point, normal);
         let lobe = Lobe { kernel: &WHITE, tint: Tint::None, factor: 1.0, odds: 1.0 };
         self.shade().lobe(&at, &lobe, &mut Pairs::new(sampler, FIRST_PAIR), trail);
     }

@@ -34,6 +34,12 @@ impl Meeting {
         meeting
     }
 
+    /// A point that is off its surface, seen along the normal: where irradiance is asked for.
+    pub fn facing(point: Vec3A, normal: Vec3A) -> Meeting {
+        let (x, y) = ray::frame(normal);
+        Meeting { side: normal, point, reach: 0.0, axes: [x, y, normal], out: Vec3A::Z }
+    }
+
     /// A direction in this frame.
     pub fn local(&self, v: Vec3A) -> Vec3A {
         Vec3A::new(v.dot(self.axes[0]), v.dot(self.axes[1]), v.dot(self.axes[2]))

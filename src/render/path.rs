@@ -20,7 +20,7 @@ use crate::render::method::Method;
 use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
 use crate::scene::light::Lamp;
-use crate::scene::{Hit, Scene, ray};
+use crate::scene::{Hit, Scene};
 
 /// From this bounce on a path may end by lot, with a chance to go on of this times what it carries: measured on the Cornell
 /// box and a mesh (docs/performance.md).
@@ -152,8 +152,7 @@ impl<'a> Tracer<'a> {
     /// show it.
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         static WHITE: Lambert = Lambert { through: false };
-        let (x, y) = ray::frame(normal);
-        let meeting = Meeting { side: normal, point, reach: 0.0, axes: [x, y, normal], out: Vec3A::Z };
+        let meeting = Meeting::facing(point, normal);
         let lobe = Lobe { kernel: &WHITE, tint: Tint::None, factor: 1.0, odds: 1.0 };
         self.direct().look(&meeting, &lobe, 1.0, sampler.pair(0), trail);
         if let Some(turn) = WHITE.sample(Vec3A::Z, sampler.pair(1)) {
