@@ -49,7 +49,7 @@ impl Pairs<'_> {
 }
 
 impl Shade<'_> {
-    /// Notes the light that leaves through a lobe, which is not straight: of lamps, of what reflects in it, and ambient.
+    /// Notes the light that leaves through a lobe: of lamps, of what lies in its own direction, and ambient.
     pub fn lobe(&self, at: &Meeting, lobe: &Lobe, pairs: &mut Pairs, trail: &mut Trail) {
         if !lobe.tint.turns() {
             trail.tint(&lobe.tint, 1.0);

@@ -1,9 +1,9 @@
 //! All surfaces of a scene and what rays meet of them.
 //!
 //! Triangles, parallelograms, spheres, disks and open cylinders hang on one tree of eight children a node, or, where they are
-//! few, all are tested; groups that are built once and placed many times hang on it as trees of their own. Boxes and flat surfaces are tested eight at a time, by
-//! AVX2 where the processor has it. A ray is `origin + t direction`, t > 0, its direction of any length; a ray that is no
-//! number, or has no direction, meets nothing.
+//! few, all are tested; groups that are built once and placed many times hang on it as trees of their own. Boxes and flat
+//! surfaces are tested eight at a time, by AVX2 where the processor has it. A ray is `origin + t direction`, t > 0, its
+//! direction of any length; a ray that is no number, or has no direction, meets nothing.
 
 mod block;
 mod eight;
