@@ -1,9 +1,7 @@
 //! spectrace: spectral radiance of a scene, Eq. (1) of [Ward 2001], by path tracing or by local illumination.
 
-use std::fmt::{self, Display, Formatter};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -23,7 +21,7 @@ use crate::scene::{Scene, load};
 use crate::spectral::{Observer, Sampling};
 use crate::stream::Picture;
 use crate::stream::output::Output;
-use crate::{Error, Result, clap_defaults, string_serde, usage};
+use crate::{Error, Result, clap_defaults, usage};
 
 /// What a pixel holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -47,35 +45,6 @@ pub enum Solver {
     /// mirrored rooms
     Local,
 }
-
-/// The ambient term of local illumination: `auto` keeps the scene's balance of light, else a luminance in cd/m2.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AmbientTerm(local::Term);
-
-impl FromStr for AmbientTerm {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        if text == "auto" {
-            return Ok(AmbientTerm(local::Term::Balance));
-        }
-        match text.parse() {
-            Ok(cd_m2) if (0.0..=1e9).contains(&cd_m2) => Ok(AmbientTerm(local::Term::Luminance(cd_m2))),
-            _ => Err("expected auto, or a luminance in cd/m2 from 0 to 1e9".into()),
-        }
-    }
-}
-
-impl Display for AmbientTerm {
-    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        match self.0 {
-            local::Term::Balance => f.write_str("auto"),
-            local::Term::Luminance(cd_m2) => write!(f, "{cd_m2}"),
-        }
-    }
-}
-
-string_serde!(AmbientTerm);
 
 /// Options of `spectrace`.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
@@ -117,7 +86,7 @@ pub struct Spectrace {
     pub max_bounces: Option<u32>,
     /// Radiance that stands for all light from other surfaces: auto (what keeps the balance of light) or cd/m2, 0 for none
     #[arg(long, value_name = "CD_M2", default_value = "auto", help_heading = "Local illumination")]
-    pub ambient: AmbientTerm,
+    pub ambient: local::Term,
     /// Lamps shine through everything
     #[arg(long, help_heading = "Local illumination")]
     pub no_shadows: bool,
@@ -199,7 +168,7 @@ impl Spectrace {
             }
             Solver::Local => {
                 let (shadows, reflections) = (!self.no_shadows, !self.no_reflections);
-                Ok(Choice::Local(local::Options { ambient: self.ambient.0, shadows, reflections }))
+                Ok(Choice::Local(local::Options { ambient: self.ambient, shadows, reflections }))
             }
         }
     }

@@ -25,6 +25,7 @@ pub mod tint;
 
 use glam::{DVec3, Vec3A};
 
+use kernel::lambert::Lambert;
 pub use kernel::{Kernel, Turn, Value};
 pub use tint::{Base, Ink, Tint};
 
@@ -52,6 +53,12 @@ pub struct Lobe<'a> {
     pub factor: f32,
     /// About the share of light that it passes on, for choosing; 0 only where `factor` is.
     pub odds: f32,
+}
+
+impl Lobe<'static> {
+    /// Perfectly diffuse and reflects all: what irradiance is shown by.
+    pub const WHITE: Lobe<'static> =
+        Lobe { kernel: &Lambert { through: false }, tint: Tint::None, factor: 1.0, odds: 1.0 };
 }
 
 /// Most lobes of one surface: three parts of a mixture, four each.

@@ -12,7 +12,7 @@ use glam::Vec3A;
 use rayon::prelude::*;
 
 use crate::Result;
-use crate::material::{Lobes, kernel};
+use crate::material::kernel;
 use crate::render::film::light_weights;
 use crate::render::inks::Inks;
 use crate::render::lanes::GROUP;
@@ -201,11 +201,7 @@ impl Gas<'_> {
 
     /// What a surface sends towards where a particle came from.
     fn measure(&self, hit: &Hit, direction: Vec3A, sampler: &Sampler, sums: &mut Sums) {
-        let front = hit.normal.dot(direction) < 0.0;
-        let (site, shading) = self.scene.site(hit, front);
-        let at = Meeting::new(hit, front, shading, direction);
-        let mut lobes = Lobes::default();
-        self.scene.materials[hit.surface.material as usize].lobes(&site, at.out, &mut lobes);
+        let (at, lobes) = Meeting::with_lobes(self.scene, hit, direction);
         let shade = Shade { scene: self.scene, ambient: &[], shadows: true, reflections: true };
         let mut pairs = Pairs::new(sampler, 0);
         let (mut direct, mut white) = (Trail::default(), Trail::default());

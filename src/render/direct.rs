@@ -2,7 +2,7 @@
 
 use glam::Vec3A;
 
-use crate::material::{Lobe, Lobes};
+use crate::material::Lobe;
 use crate::render::meeting::Meeting;
 use crate::render::trail::Trail;
 use crate::scene::Scene;
@@ -97,15 +97,10 @@ impl Direct<'_> {
                 return Some(share);
             }
             let Some(hit) = self.scene.geometry.closest(from, aim.direction) else { return Some(share) };
-            let material = &self.scene.materials[hit.surface.material as usize];
-            if !material.is_clear() {
+            if !self.scene.materials[hit.surface.material as usize].is_clear() {
                 return None;
             }
-            let front = hit.normal.dot(aim.direction) < 0.0;
-            let (site, shading) = self.scene.site(&hit, front);
-            let meeting = Meeting::new(&hit, front, shading, aim.direction);
-            let mut lobes = Lobes::default();
-            material.lobes(&site, meeting.out, &mut lobes);
+            let (meeting, lobes) = Meeting::with_lobes(self.scene, &hit, aim.direction);
             let lobe = lobes.iter().find(|l| l.kernel.is_straight())?;
             trail.tint(&lobe.tint, 1.0);
             share *= lobe.factor;

@@ -8,11 +8,12 @@
 //! It cannot show what surfaces show of each other: colour that bleeds, bright and dark parts of indirect light, mirrored
 //! rooms, light bent by glass, caustics.
 
+use std::fmt::{self, Display, Formatter};
+use std::str::FromStr;
 use std::sync::Arc;
 
 use glam::Vec3A;
 
-use crate::material::kernel::lambert::Lambert;
 use crate::material::{Base, Ink, Lobe, Lobes, Tint};
 use crate::notes::Notes;
 use crate::render::balance::Balance;
@@ -23,7 +24,7 @@ use crate::render::shade::{Ambient, Pairs, Shade};
 use crate::render::trail::Trail;
 use crate::scene::Scene;
 use crate::scene::light::Lamp;
-use crate::{Result, invalid};
+use crate::{Result, invalid, string_serde};
 
 /// Panes that are looked through.
 const MOST_PANES: usize = 64;
@@ -32,7 +33,7 @@ const FIRST_PAIR: u32 = 2;
 /// A share of interreflected light that is worth a word: one constant stands for all of it.
 const STRONG: f64 = 0.2;
 
-/// What comes from where light is not known.
+/// What comes from where light is not known; `auto`, or a luminance in cd/m2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Term {
     /// What keeps the scene's balance.
@@ -40,6 +41,31 @@ pub enum Term {
     /// A luminance in cd/m2, of the balance's colour.
     Luminance(f64),
 }
+
+impl FromStr for Term {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        if text == "auto" {
+            return Ok(Term::Balance);
+        }
+        match text.parse() {
+            Ok(cd_m2) if (0.0..=1e9).contains(&cd_m2) => Ok(Term::Luminance(cd_m2)),
+            _ => Err("expected auto, or a luminance in cd/m2 from 0 to 1e9".into()),
+        }
+    }
+}
+
+impl Display for Term {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            Term::Balance => f.write_str("auto"),
+            Term::Luminance(cd_m2) => write!(f, "{cd_m2}"),
+        }
+    }
+}
+
+string_serde!(Term);
 
 /// What can be asked of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,10 +136,7 @@ impl Method for Local {
             if let Some(Lamp::Area(e)) = hit.surface.emitter.filter(|_| front).map(|l| &scene.lamps[l as usize]) {
                 trail.light(&e.emission(), 1.0, 0);
             }
-            let (site, shading) = scene.site(&hit, front);
-            let at = Meeting::new(&hit, front, shading, direction);
-            let mut lobes = Lobes::default();
-            scene.materials[hit.surface.material as usize].lobes(&site, at.out, &mut lobes);
+            let (at, lobes) = Meeting::with_lobes(scene, &hit, direction);
             trail.fork();
             for lobe in lobes.iter().filter(|l| !l.kernel.is_straight()) {
                 trail.branch();
@@ -132,10 +155,8 @@ impl Method for Local {
     }
 
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
-        static WHITE: Lambert = Lambert { through: false };
         let at = Meeting::facing(point, normal);
-        let lobe = Lobe { kernel: &WHITE, tint: Tint::None, factor: 1.0, odds: 1.0 };
-        self.shade().lobe(&at, &lobe, &mut Pairs::new(sampler, FIRST_PAIR), trail);
+        self.shade().lobe(&at, &Lobe::WHITE, &mut Pairs::new(sampler, FIRST_PAIR), trail);
     }
 
     fn inks(&self) -> &[Ink] {

@@ -2,7 +2,8 @@
 
 use glam::Vec3A;
 
-use crate::scene::{Hit, ray};
+use crate::material::Lobes;
+use crate::scene::{Hit, Scene, ray};
 
 /// A surface that a path has met, in the frame of its shading normal.
 pub struct Meeting {
@@ -32,6 +33,16 @@ impl Meeting {
         meeting.out = meeting.local(-direction);
         meeting.out.z = meeting.out.z.max(1e-6);
         meeting
+    }
+
+    /// The same with all the lobes of the scene's material there.
+    pub fn with_lobes<'a>(scene: &'a Scene, hit: &Hit, direction: Vec3A) -> (Meeting, Lobes<'a>) {
+        let front = hit.normal.dot(direction) < 0.0;
+        let (site, shading) = scene.site(hit, front);
+        let meeting = Meeting::new(hit, front, shading, direction);
+        let mut lobes = Lobes::default();
+        scene.materials[hit.surface.material as usize].lobes(&site, meeting.out, &mut lobes);
+        (meeting, lobes)
     }
 
     /// A point that is off its surface, seen along the normal: where irradiance is asked for.

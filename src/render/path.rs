@@ -9,8 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3A;
 
-use crate::material::kernel::lambert::Lambert;
-use crate::material::{Kernel, Lobe, Lobes, Tint};
+use crate::material::{Lobe, Lobes, Tint};
 use crate::notes::Notes;
 use crate::render::direct::{Direct, power_heuristic};
 use crate::render::inks::Outline;
@@ -151,11 +150,9 @@ impl<'a> Tracer<'a> {
     /// Follows one path from a point and leaves the trail of what falls on it: irradiance over pi, as a white matt surface would
     /// show it.
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
-        static WHITE: Lambert = Lambert { through: false };
         let meeting = Meeting::facing(point, normal);
-        let lobe = Lobe { kernel: &WHITE, tint: Tint::None, factor: 1.0, odds: 1.0 };
-        self.direct().look(&meeting, &lobe, 1.0, sampler.pair(0), trail);
-        if let Some(turn) = WHITE.sample(Vec3A::Z, sampler.pair(1)) {
+        self.direct().look(&meeting, &Lobe::WHITE, 1.0, sampler.pair(0), trail);
+        if let Some(turn) = Lobe::WHITE.kernel.sample(Vec3A::Z, sampler.pair(1)) {
             let (origin, normal) = meeting.start(false);
             let way = Way::Lobe { pdf: turn.pdf, from: origin, normal };
             self.follow(State::new(origin, meeting.world(turn.inc), way), sampler, trail);
