@@ -1,4 +1,4 @@
-//! spectrace: spectral radiance of a scene, Eq. (1) of [Ward 2001], by path tracing or by local illumination.
+//! spectrace: spectral radiance of a scene, Eq. (1) of [Ward 2001], by one of several methods.
 
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -14,9 +14,10 @@ use crate::render::checkpoint::{Checkpoint, fingerprint};
 use crate::render::estimate::{Effort, FEWEST_PATHS, MOST_WAVELENGTHS, Quantity as Measured, What, estimator};
 use crate::render::method::Choice;
 use crate::render::picture::{Job, Work, render};
+use crate::render::radiosity::MOST_RAYS;
 use crate::render::rays::Lines;
 use crate::render::report::Report;
-use crate::render::{local, path};
+use crate::render::{local, path, radiosity};
 use crate::scene::{Scene, load};
 use crate::spectral::{Observer, Sampling};
 use crate::stream::Picture;
@@ -44,6 +45,22 @@ pub enum Solver {
     /// Local illumination: the lamps' light and an ambient term; no light from surface to surface, nothing bent by glass, no
     /// mirrored rooms
     Local,
+    /// Radiosity: surfaces in elements, whose light is balanced before the eye looks; what gloss, mirrors and glass throw onto
+    /// other surfaces is spread as if they were matt
+    Radiosity,
+}
+
+/// What a picture takes from the elements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[value(rename_all = "lowercase")]
+pub enum Shown {
+    /// All light: no noise, soft shadows as coarse as the elements
+    Mesh,
+    /// Light between surfaces; the lamps are looked at from each place
+    Direct,
+    /// What is seen around each place (final gather)
+    Gather,
 }
 
 /// Options of `spectrace`.
@@ -93,6 +110,25 @@ pub struct Spectrace {
     /// Mirrors and gloss do not show sky and lamps
     #[arg(long, help_heading = "Local illumination")]
     pub no_reflections: bool,
+    /// Mean error of what is linear between elements, relative; surfaces are divided until it is met
+    #[arg(long, value_name = "E", default_value_t = 0.01, help_heading = "Radiosity")]
+    pub mesh_error: f64,
+    /// Elements along both sides of each surface instead
+    #[arg(long, value_name = "N", help_heading = "Radiosity")]
+    pub divide: Option<u32>,
+    /// Rays from each element, for its form factors; from a quarter as many places the lamps are looked at
+    #[arg(long, value_name = "N", default_value_t = 512, help_heading = "Radiosity")]
+    pub element_rays: u32,
+    /// What a picture takes from the elements
+    #[arg(long, value_enum, value_name = "WHAT", default_value = "direct", help_heading = "Radiosity")]
+    pub show: Shown,
+    /// Memory that the solution and the work on it may take, MiB
+    #[arg(long, value_name = "MIB", default_value_t = 4096, help_heading = "Radiosity")]
+    pub solver_memory: usize,
+    /// Keep the solution in a file, or take it from there: other cameras, the same light
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Radiosity")]
+    #[serde(serialize_with = "lossy")]
+    pub solution: Option<PathBuf>,
     /// Read one ray a line (origin, direction) from standard input, write its radiance
     #[arg(long, conflicts_with_all = ["irradiance", "time", "rows", "checkpoint", "width", "height"], help_heading = "Rays and points")]
     pub rays: bool,
@@ -155,22 +191,59 @@ impl Spectrace {
     /// The method, and that no other's options were given.
     fn choice(&self, scene: &Scene) -> Result<Choice> {
         let plain = Spectrace::default();
-        match self.method {
-            Solver::Path if (self.ambient, self.no_shadows, self.no_reflections) != (plain.ambient, false, false) => {
-                usage!("--ambient, --no-shadows and --no-reflections go with --method local")
-            }
+        let path = (self.max_bounces, self.split) != (plain.max_bounces, plain.split);
+        let local = (self.ambient, self.no_shadows, self.no_reflections) != (plain.ambient, false, false);
+        let radiosity =
+            (self.mesh_error, self.divide, self.element_rays, self.show, self.solver_memory, &self.solution)
+                != (plain.mesh_error, None, plain.element_rays, plain.show, plain.solver_memory, &None);
+        let strangers = [
+            (path, Solver::Path, "--max-bounces and --split go with --method path"),
+            (local, Solver::Local, "--ambient, --no-shadows and --no-reflections go with --method local"),
+            (
+                radiosity,
+                Solver::Radiosity,
+                "--mesh-error, --divide, --element-rays, --show, --solver-memory and --solution go with --method radiosity",
+            ),
+        ];
+        if let Some((.., message)) = strangers.iter().find(|(given, of, _)| *given && *of != self.method) {
+            return usage!("{message}");
+        }
+        Ok(match self.method {
             Solver::Path => {
                 let max_bounces = self.max_bounces.unwrap_or(u32::MAX).min(scene.max_bounces.unwrap_or(u32::MAX));
-                Ok(Choice::Path(path::Options { max_bounces, split: self.split }))
-            }
-            Solver::Local if (self.max_bounces, self.split) != (None, plain.split) => {
-                usage!("--max-bounces and --split go with --method path")
+                Choice::Path(path::Options { max_bounces, split: self.split })
             }
             Solver::Local => {
                 let (shadows, reflections) = (!self.no_shadows, !self.no_reflections);
-                Ok(Choice::Local(local::Options { ambient: self.ambient, shadows, reflections }))
+                Choice::Local(local::Options { ambient: self.ambient, shadows, reflections })
             }
+            Solver::Radiosity => Choice::Radiosity(self.radiosity()?),
+        })
+    }
+
+    fn radiosity(&self) -> Result<radiosity::Options> {
+        if !(self.mesh_error >= 1e-4 && self.mesh_error < 1.0) {
+            return usage!("--mesh-error {}: a relative error from 0.0001 to 1, such as 0.01", self.mesh_error);
         }
+        if let Some(n) = self.divide.filter(|n| !(1..=4096).contains(n)) {
+            return usage!("--divide {n}: 1 to 4096 elements");
+        }
+        if !(1..=MOST_RAYS).contains(&self.element_rays) {
+            return usage!("--element-rays {}: 1 to {MOST_RAYS}", self.element_rays);
+        }
+        Ok(radiosity::Options {
+            divide: self.divide,
+            tolerance: self.mesh_error,
+            rays: self.element_rays,
+            show: match self.show {
+                Shown::Mesh => radiosity::Show::Mesh,
+                Shown::Direct => radiosity::Show::Direct,
+                Shown::Gather => radiosity::Show::Gather,
+            },
+            memory: self.solver_memory.saturating_mul(1 << 20),
+            solution: self.solution.clone(),
+            seed: self.seed,
+        })
     }
 
     fn effort(&self) -> Result<Work> {

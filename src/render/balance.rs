@@ -18,7 +18,8 @@ use crate::render::inks::Inks;
 use crate::render::lanes::GROUP;
 use crate::render::meeting::Meeting;
 use crate::render::sampler::Sampler;
-use crate::render::shade::{Pairs, Shade};
+use crate::render::shade::{Follow, LampsAlone, Pairs, Shade};
+use crate::render::stored::Stored;
 use crate::render::trail::{Arrived, Trail};
 use crate::scene::light::{Emission, Lamp};
 use crate::scene::{Hit, Scene, ray};
@@ -202,7 +203,7 @@ impl Gas<'_> {
     /// What a surface sends towards where a particle came from.
     fn measure(&self, hit: &Hit, direction: Vec3A, sampler: &Sampler, sums: &mut Sums) {
         let (at, lobes) = Meeting::with_lobes(self.scene, hit, direction);
-        let shade = Shade { scene: self.scene, ambient: &[], shadows: true, reflections: true };
+        let shade = Shade { scene: self.scene, rest: &LampsAlone, shadows: true, follow: Follow::Gloss };
         let mut pairs = Pairs::new(sampler, 0);
         let (mut direct, mut white) = (Trail::default(), Trail::default());
         direct.fork();
@@ -217,17 +218,17 @@ impl Gas<'_> {
             }
         }
         sums.meetings += 1.0;
-        let mut arrived = Arrived::default();
+        let (mut arrived, nothing) = (Arrived::default(), Stored::default());
         simd::wide(
             #[inline(always)]
             || {
-                for (light, lanes) in arrived.follow(&direct, &self.inks) {
+                for (light, lanes) in arrived.follow(&direct, &self.inks, &nothing) {
                     let sum = &mut sums.direct[*light as usize];
                     for (sum, x) in sum.iter_mut().zip(lanes.0.as_flattened()) {
                         *sum += f64::from(*x);
                     }
                 }
-                for (_, lanes) in arrived.follow(&white, &self.inks) {
+                for (_, lanes) in arrived.follow(&white, &self.inks, &nothing) {
                     for (sum, x) in sums.white.iter_mut().zip(lanes.0.as_flattened()) {
                         *sum += f64::from(*x);
                     }

@@ -16,6 +16,7 @@ use crate::render::lanes::GROUP;
 use crate::render::method::{Choice, Method};
 use crate::render::sampler::Sampler;
 use crate::render::trail::{Arrived, Trail};
+use crate::render::wavelengths::Carried;
 use crate::scene::Scene;
 use crate::simd;
 use crate::spectral::{Observer, Sampling, Spectrum, builtin};
@@ -161,7 +162,8 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
             Outline::new(&scene.inks, &scene.srgb, &fine, Some(&fine.xyz_weights(&observer)))
         }
     };
-    let method = method.on(scene.clone(), outline, range_nm)?;
+    let carried = Carried::<G>::new(&scene, &sampling, range_nm)?;
+    let method = method.on(scene.clone(), outline, range_nm, &carried)?;
     let all: Vec<Ink> = scene.inks.iter().chain(method.inks()).cloned().collect();
     let inks = Inks::<G>::new(&all, &scene.srgb, &sampling);
     let cmf = observer.cmf.each_ref().map(|c| c.scaled(K_M));
@@ -249,10 +251,11 @@ impl<const G: usize, F: Film<G>> Estimator<G, F> {
     }
 
     fn expose(&self, desk: &mut Desk<G>, sum: &mut F::Pixel) {
+        let stored = self.paths.method.stored();
         simd::wide(
             #[inline(always)]
             || {
-                for (light, factors) in desk.arrived.follow(&desk.trail, &self.inks) {
+                for (light, factors) in desk.arrived.follow(&desk.trail, &self.inks, stored) {
                     self.film.expose(sum, *light, factors);
                 }
             },

@@ -20,10 +20,10 @@ use crate::render::balance::Balance;
 use crate::render::meeting::Meeting;
 use crate::render::method::Method;
 use crate::render::sampler::Sampler;
-use crate::render::shade::{Ambient, Pairs, Shade};
+use crate::render::shade::{Follow, Pairs, Rest, Shade};
 use crate::render::trail::Trail;
-use crate::scene::Scene;
-use crate::scene::light::Lamp;
+use crate::scene::light::{Emission, Lamp};
+use crate::scene::{Hit, Scene};
 use crate::{Result, invalid, string_serde};
 
 /// Panes that are looked through.
@@ -78,12 +78,34 @@ pub struct Options {
     pub reflections: bool,
 }
 
+/// For each light the number of its spectrum, and its tint by a spectrum of factors: one radiance from everywhere.
+struct Ambient(Vec<(u32, Tint)>);
+
+impl Ambient {
+    fn note(&self, weight: f32, trail: &mut Trail) {
+        for (light, tint) in &self.0 {
+            trail.tint(tint, 1.0);
+            trail.light(&Emission::one(*light, 1.0), weight, 1);
+        }
+    }
+}
+
+impl Rest for Ambient {
+    fn spread(&self, _: &Meeting, _: &Lobe, weight: f32, trail: &mut Trail) {
+        self.note(weight, trail);
+    }
+
+    fn sent(&self, _: Option<&Hit>, _: Vec3A, weight: f32, _: &mut Pairs, trail: &mut Trail) {
+        self.note(weight, trail);
+    }
+}
+
 /// Local illumination of a scene.
 pub struct Local {
     scene: Arc<Scene>,
     options: Options,
     balance: Balance,
-    ambient: Vec<Ambient>,
+    ambient: Ambient,
     inks: Vec<Ink>,
 }
 
@@ -102,11 +124,11 @@ impl Local {
                 );
             }
         };
-        let mut local = Local { scene, options, balance, ambient: Vec::new(), inks: Vec::new() };
+        let mut local = Local { scene, options, balance, ambient: Ambient(Vec::new()), inks: Vec::new() };
         if factor > 0.0 {
             for (light, factors) in &local.balance.ambient {
                 let ink = (local.scene.inks.len() + local.inks.len()) as u32;
-                local.ambient.push((*light, Tint::Base(Base::Ink(ink))));
+                local.ambient.0.push((*light, Tint::Base(Base::Ink(ink))));
                 local.inks.push(Ink::Reflectance(factors.scaled(factor)));
             }
         }
@@ -115,7 +137,8 @@ impl Local {
 
     fn shade(&self) -> Shade<'_> {
         let Options { shadows, reflections, .. } = self.options;
-        Shade { scene: &self.scene, ambient: &self.ambient, shadows, reflections }
+        let follow = if reflections { Follow::Gloss } else { Follow::Nothing };
+        Shade { scene: &self.scene, rest: &self.ambient, shadows, follow }
     }
 }
 
@@ -149,7 +172,7 @@ impl Method for Local {
             let Some(lobe) = straight.choose(lot) else { return };
             trail.branch();
             trail.tint(&lobe.tint, 1.0);
-            trail.tint(&Tint::Base(Base::Grey(lobe.factor)), 1.0);
+            trail.scale(lobe.factor);
             origin = at.start(true).0;
         }
     }

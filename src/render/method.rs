@@ -11,8 +11,11 @@ use crate::notes::Notes;
 use crate::render::inks::Outline;
 use crate::render::local::{self, Local};
 use crate::render::path::{self, PathTracing};
+use crate::render::radiosity::{self, Radiosity};
 use crate::render::sampler::Sampler;
+use crate::render::stored::Stored;
 use crate::render::trail::Trail;
+use crate::render::wavelengths::Wavelengths;
 use crate::scene::Scene;
 
 /// A method on one scene.
@@ -28,25 +31,40 @@ pub trait Method: Send + Sync {
         &[]
     }
 
+    /// Light worked out before, which trails refer to by rows.
+    fn stored(&self) -> &Stored {
+        static NOTHING: Stored = Stored { lights: Vec::new(), lanes: 0, data: Vec::new() };
+        &NOTHING
+    }
+
     /// Says at the end how well it did, and what it left out.
     fn report(&self, notes: &Notes);
 }
 
 /// A method and what is asked of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Choice {
     /// Path tracing.
     Path(path::Options),
     /// Local illumination.
     Local(local::Options),
+    /// Radiosity.
+    Radiosity(radiosity::Options),
 }
 
 impl Choice {
     /// Makes the method ready for a scene, of which wavelengths in `range_nm` count.
-    pub fn on(&self, scene: Arc<Scene>, outline: Outline, range_nm: (f64, f64)) -> Result<Box<dyn Method>> {
+    pub fn on(
+        &self,
+        scene: Arc<Scene>,
+        outline: Outline,
+        range_nm: (f64, f64),
+        wavelengths: &dyn Wavelengths,
+    ) -> Result<Box<dyn Method>> {
         Ok(match self {
             Choice::Path(options) => Box::new(PathTracing::new(scene, outline, *options)),
             Choice::Local(options) => Box::new(Local::new(scene, *options, range_nm)?),
+            Choice::Radiosity(options) => Box::new(Radiosity::new(scene, options, wavelengths)?),
         })
     }
 }

@@ -18,11 +18,14 @@ pub mod meeting;
 pub mod method;
 pub mod path;
 pub mod picture;
+pub mod radiosity;
 pub mod rays;
 pub mod report;
 pub mod sampler;
 pub mod shade;
+pub mod stored;
 pub mod trail;
+pub mod wavelengths;
 
 pub use film::Film;
 pub use lanes::Lanes;

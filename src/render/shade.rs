@@ -2,31 +2,57 @@
 
 use glam::Vec3A;
 
-use crate::material::{Lobe, Tint};
+use crate::material::Lobe;
 use crate::render::direct::{Direct, Look, power_heuristic};
 use crate::render::meeting::Meeting;
 use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
-use crate::scene::Scene;
-use crate::scene::light::{Emission, Lamp};
+use crate::scene::light::Lamp;
+use crate::scene::{Hit, Scene};
 
 /// So many lamps are all looked at; of more, one by lot.
 const FEW_LAMPS: usize = 8;
 
-/// One light's share of the ambient term: its number, and its tint by a spectrum of factors.
-pub type Ambient = (u32, Tint);
+/// What a method knows of the light between surfaces.
+pub trait Rest: Sync {
+    /// Notes what a lobe whose directions are not followed shows of other surfaces: radiance from everywhere, weighed by the lobe.
+    fn spread(&self, at: &Meeting, lobe: &Lobe, weight: f32, trail: &mut Trail);
+
+    /// Notes what a surface that a ray has met sends back, but for its own light; `None` where what the ray met is not looked at.
+    fn sent(&self, met: Option<&Hit>, direction: Vec3A, weight: f32, pairs: &mut Pairs, trail: &mut Trail);
+}
+
+/// Nothing but the lamps' light.
+pub struct LampsAlone;
+
+impl Rest for LampsAlone {
+    fn spread(&self, _: &Meeting, _: &Lobe, _: f32, _: &mut Trail) {}
+
+    fn sent(&self, _: Option<&Hit>, _: Vec3A, _: f32, _: &mut Pairs, _: &mut Trail) {}
+}
+
+/// Which lobes show what lies in their own directions: lamps, what is beyond the scene, and other surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Follow {
+    /// None.
+    Nothing,
+    /// Those that are not matt.
+    Gloss,
+    /// All.
+    All,
+}
 
 /// How surfaces are shaded.
 #[derive(Clone, Copy)]
 pub struct Shade<'a> {
     /// What is there.
     pub scene: &'a Scene,
-    /// Radiance that comes from wherever it is not known better.
-    pub ambient: &'a [Ambient],
+    /// Light from other surfaces.
+    pub rest: &'a dyn Rest,
     /// Lamps may be hidden.
     pub shadows: bool,
-    /// Lobes that are not matt show what lies in their direction: lamps and what is beyond the scene.
-    pub reflections: bool,
+    /// Lobes whose directions are followed.
+    pub follow: Follow,
 }
 
 /// Deals out a sampler's pairs.
@@ -54,7 +80,11 @@ impl Shade<'_> {
         if !lobe.tint.turns() {
             trail.tint(&lobe.tint, 1.0);
         }
-        let follow = self.reflections && !lobe.kernel.is_matt();
+        let follow = match self.follow {
+            Follow::Nothing => false,
+            Follow::Gloss => !lobe.kernel.is_matt(),
+            Follow::All => true,
+        };
         if !lobe.kernel.is_specular() {
             self.lamps(at, lobe, follow, pairs, trail);
         }
@@ -64,9 +94,9 @@ impl Shade<'_> {
         }
         let weight = lobe.factor * turn.weight;
         if follow {
-            self.reflected(at, lobe, (at.world(turn.inc).normalize(), turn.pdf), weight, trail);
+            self.reflected(at, lobe, (at.world(turn.inc).normalize(), turn.pdf), weight, pairs, trail);
         } else {
-            self.ambient(weight, trail);
+            self.rest.spread(at, lobe, weight, trail);
         }
     }
 
@@ -95,7 +125,15 @@ impl Shade<'_> {
     }
 
     /// What lies in a lobe's own direction, which has a density.
-    fn reflected(&self, at: &Meeting, lobe: &Lobe, (direction, pdf): (Vec3A, f32), weight: f32, trail: &mut Trail) {
+    fn reflected(
+        &self,
+        at: &Meeting,
+        lobe: &Lobe,
+        (direction, pdf): (Vec3A, f32),
+        weight: f32,
+        pairs: &mut Pairs,
+        trail: &mut Trail,
+    ) {
         let (scene, (from, normal)) = (self.scene, at.start(lobe.kernel.transmits()));
         if direction.dot(normal) <= 0.0 {
             return;
@@ -113,25 +151,16 @@ impl Shade<'_> {
                 let share = weight * by_look(lamp, e.pdf(from, hit.point, hit.normal));
                 trail.light(&e.emission(), share, 0);
             }
-            return self.ambient(weight, trail);
+            return self.rest.sent(Some(&hit), direction, weight, pairs, trail);
         }
-        let mut nothing = true;
         for lamp in scene.tree.distant() {
-            nothing = false;
             if let Some((emission, density)) = scene.lamps[lamp].beyond(direction) {
                 trail.light(&emission, weight * by_look(lamp, density), 0);
             }
         }
-        if nothing && !self.shadows {
-            self.ambient(weight, trail);
-        }
-    }
-
-    /// Notes the ambient term.
-    pub fn ambient(&self, weight: f32, trail: &mut Trail) {
-        for (light, tint) in self.ambient {
-            trail.tint(tint, 1.0);
-            trail.light(&Emission::one(*light, 1.0), weight, 1);
+        // Without shadows nothing is met: surroundings are those of a closed room where nothing lies beyond.
+        if !self.shadows && scene.tree.distant().next().is_none() {
+            self.rest.sent(None, direction, weight, pairs, trail);
         }
     }
 }

@@ -5,9 +5,10 @@
 //! products for XYZ). Backward it is K sums where it joins and K products a surface, and 3 K products once, at the eye. A path of
 //! polarised or fluorescing light gains more: what comes back is a vector a wavelength or a spectrum, not a matrix.
 
-use crate::material::Tint;
+use crate::material::{Base, Tint};
 use crate::render::inks::Inks;
 use crate::render::lanes::Lanes;
+use crate::render::stored::Stored;
 use crate::scene::light::Emission;
 
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +17,8 @@ enum Step {
     Tint(Tint, f32),
     /// Light spectrum times a weight. The `aside` tints noted just before it are its alone.
     Light { light: u32, weight: f32, aside: u32 },
+    /// A stored row times a weight.
+    Stored { row: u32, weight: f32 },
     /// Several branches start here.
     Fork,
     /// One of them.
@@ -58,6 +61,13 @@ impl Trail {
         }
     }
 
+    /// What comes after this is dimmed, all wavelengths alike.
+    pub fn scale(&mut self, k: f32) {
+        if k != 1.0 {
+            self.tint(&Tint::Base(Base::Grey(k)), 1.0);
+        }
+    }
+
     /// Light joins, with a weight; the last `aside` tints are on its way alone.
     #[inline]
     pub fn light(&mut self, emission: &Emission, weight: f32, aside: usize) {
@@ -70,6 +80,12 @@ impl Trail {
                 self.steps.extend_from_within(tints);
             }
         }
+    }
+
+    /// Stored light joins, with a weight.
+    #[inline]
+    pub fn stored(&mut self, row: u32, weight: f32) {
+        self.steps.push(Step::Stored { row, weight });
     }
 
     /// The path splits: [`Trail::branch`] starts each of its branches.
@@ -104,7 +120,7 @@ fn find<const G: usize>(among: &mut Vec<(u32, Lanes<G>)>, light: u32) -> &mut La
 impl<const G: usize> Arrived<G> {
     /// Follows a trail back to the eye. Returns the number of each light that has come, and its factors.
     #[inline(always)]
-    pub fn follow(&mut self, trail: &Trail, inks: &Inks<G>) -> &[(u32, Lanes<G>)] {
+    pub fn follow(&mut self, trail: &Trail, inks: &Inks<G>, stored: &Stored) -> &[(u32, Lanes<G>)] {
         self.here.clear();
         self.joined.clear();
         let mut left = trail.steps.len();
@@ -129,6 +145,9 @@ impl<const G: usize> Arrived<G> {
                     find(&mut self.here, *light).add_scaled(&lanes, 1.0);
                     left = from;
                 }
+                Step::Stored { row, weight } => {
+                    stored.add(find(&mut self.here, stored.light(*row)), *row, *weight);
+                }
                 Step::Branch => {
                     for (light, lanes) in self.here.drain(..) {
                         find(&mut self.joined, light).add_scaled(&lanes, 1.0);
@@ -144,7 +163,7 @@ impl<const G: usize> Arrived<G> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::{Base, Ink};
+    use crate::material::Ink;
     use crate::spectral::{Sampling, Spectrum};
 
     /// Followed backward a trail gives what is carried forward by hand: through a fork, with tints that are a lamp's alone.
@@ -170,8 +189,12 @@ mod tests {
         trail.tint(&Tint::None, 1.0);
         trail.tint(&Tint::Base(Base::Rgb([0.5, 0.25, 0.0])), 1.0);
         trail.light(&Emission::one(7, 1.0), 8.0, 0);
+        // Row 3 is of the second light again.
+        let row = |k: f32| [[k; 11].as_slice(), &[0.0; 5]].concat();
+        let stored = Stored { lights: vec![9, 7], lanes: 16, data: [row(1.0), row(2.0), row(3.0), row(4.0)].concat() };
+        trail.stored(3, 0.5);
         let mut arrived = Arrived::default();
-        let arrived = arrived.follow(&trail, &inks);
+        let arrived = arrived.follow(&trail, &inks, &stored);
         let mut lights: Vec<u32> = arrived.iter().map(|l| l.0).collect();
         lights.sort_unstable();
         assert_eq!(lights, [3, 4, 7]);
@@ -181,7 +204,7 @@ mod tests {
             let want = [
                 (3, 1.0 + 4.0 * a[i] * c[i]),
                 (4, 0.25 * 4.0 * a[i] * c[i]),
-                (7, a[i] * (b[i] * 3.0 + (0.5 * x[i] + 0.25 * y[i]) * 8.0)),
+                (7, a[i] * (b[i] * 3.0 + (0.5 * x[i] + 0.25 * y[i]) * (8.0 + 0.5 * 4.0))),
             ];
             for (light, want) in want {
                 let lanes = &arrived.iter().find(|l| l.0 == light).unwrap().1;

@@ -9,6 +9,7 @@ mod block;
 mod eight;
 mod few;
 mod parts;
+mod patch;
 mod ray;
 mod round;
 #[cfg(test)]
@@ -21,6 +22,7 @@ mod tree;
 use glam::Vec3A;
 
 pub use parts::{Attributes, Group, Parts, Placement};
+pub use patch::Patch;
 
 use crate::{Result, invalid};
 use eight::{Eight, Isa, Plain};
