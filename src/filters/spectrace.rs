@@ -17,7 +17,7 @@ use crate::render::picture::{Job, Work, render};
 use crate::render::radiosity::MOST_RAYS;
 use crate::render::rays::Lines;
 use crate::render::report::Report;
-use crate::render::{local, path, radiosity};
+use crate::render::{local, path, photon, radiosity};
 use crate::scene::{Scene, load};
 use crate::spectral::{Observer, Sampling};
 use crate::stream::Picture;
@@ -48,6 +48,8 @@ pub enum Solver {
     /// Radiosity: surfaces in elements, whose light is balanced before the eye looks; what gloss, mirrors and glass throw onto
     /// other surfaces is spread as if they were matt
     Radiosity,
+    /// Photon map: light that lamps send out, counted where it arrives; shows caustics, is blurred within its disks
+    Photon,
 }
 
 /// What a picture takes from the elements.
@@ -55,9 +57,9 @@ pub enum Solver {
 #[serde(rename_all = "lowercase")]
 #[value(rename_all = "lowercase")]
 pub enum Shown {
-    /// All light: no noise, soft shadows as coarse as the elements
+    /// All light, from elements: no noise, soft shadows as coarse as they are
     Mesh,
-    /// Light between surfaces; the lamps are looked at from each place
+    /// Light between surfaces, from elements or photons; the lamps are looked at from each place
     Direct,
     /// What is seen around each place (final gather)
     Gather,
@@ -119,14 +121,23 @@ pub struct Spectrace {
     /// Rays from each element, for its form factors; from a quarter as many places the lamps are looked at
     #[arg(long, value_name = "N", default_value_t = 512, help_heading = "Radiosity")]
     pub element_rays: u32,
-    /// What a picture takes from the elements
-    #[arg(long, value_enum, value_name = "WHAT", default_value = "direct", help_heading = "Radiosity")]
+    /// Photons that lamps send out
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, help_heading = "Photon map")]
+    pub photons: u32,
+    /// Maps that they are shared between, one for each path of a pixel in turn; their disks shrink
+    #[arg(long, value_name = "N", default_value_t = 8, help_heading = "Photon map")]
+    pub passes: u32,
+    /// Photons that a disk of the first map holds
+    #[arg(long, value_name = "N", default_value_t = 200, help_heading = "Photon map")]
+    pub count: u32,
+    /// What a picture takes from elements or photons
+    #[arg(long, value_enum, value_name = "WHAT", default_value = "direct", help_heading = "Radiosity and photon map")]
     pub show: Shown,
     /// Memory that the solution and the work on it may take, MiB
-    #[arg(long, value_name = "MIB", default_value_t = 4096, help_heading = "Radiosity")]
+    #[arg(long, value_name = "MIB", default_value_t = 4096, help_heading = "Radiosity and photon map")]
     pub solver_memory: usize,
     /// Keep the solution in a file, or take it from there: other cameras, the same light
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Radiosity")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Radiosity and photon map")]
     #[serde(serialize_with = "lossy")]
     pub solution: Option<PathBuf>,
     /// Read one ray a line (origin, direction) from standard input, write its radiance
@@ -194,18 +205,23 @@ impl Spectrace {
         let path = (self.max_bounces, self.split) != (plain.max_bounces, plain.split);
         let local = (self.ambient, self.no_shadows, self.no_reflections) != (plain.ambient, false, false);
         let radiosity =
-            (self.mesh_error, self.divide, self.element_rays, self.show, self.solver_memory, &self.solution)
-                != (plain.mesh_error, None, plain.element_rays, plain.show, plain.solver_memory, &None);
-        let strangers = [
-            (path, Solver::Path, "--max-bounces and --split go with --method path"),
-            (local, Solver::Local, "--ambient, --no-shadows and --no-reflections go with --method local"),
+            (self.mesh_error, self.divide, self.element_rays) != (plain.mesh_error, None, plain.element_rays);
+        let photon = (self.photons, self.passes, self.count) != (plain.photons, plain.passes, plain.count);
+        let solved =
+            (self.show, self.solver_memory, &self.solution) != (plain.show, plain.solver_memory, &plain.solution);
+        use Solver::{Local, Path, Photon, Radiosity};
+        let strangers: [(bool, &[Solver], &str); 5] = [
+            (path, &[Path], "--max-bounces and --split go with --method path"),
+            (local, &[Local], "--ambient, --no-shadows and --no-reflections go with --method local"),
+            (radiosity, &[Radiosity], "--mesh-error, --divide and --element-rays go with --method radiosity"),
+            (photon, &[Photon], "--photons, --passes and --count go with --method photon"),
             (
-                radiosity,
-                Solver::Radiosity,
-                "--mesh-error, --divide, --element-rays, --show, --solver-memory and --solution go with --method radiosity",
+                solved,
+                &[Radiosity, Photon],
+                "--show, --solver-memory and --solution go with --method radiosity or photon",
             ),
         ];
-        if let Some((.., message)) = strangers.iter().find(|(given, of, _)| *given && *of != self.method) {
+        if let Some((.., message)) = strangers.iter().find(|(given, of, _)| *given && !of.contains(&self.method)) {
             return usage!("{message}");
         }
         Ok(match self.method {
@@ -218,6 +234,7 @@ impl Spectrace {
                 Choice::Local(local::Options { ambient: self.ambient, shadows, reflections })
             }
             Solver::Radiosity => Choice::Radiosity(self.radiosity()?),
+            Solver::Photon => Choice::Photon(self.photon()?),
         })
     }
 
@@ -243,6 +260,36 @@ impl Spectrace {
             memory: self.solver_memory.saturating_mul(1 << 20),
             solution: self.solution.clone(),
             seed: self.seed,
+        })
+    }
+
+    fn photon(&self) -> Result<photon::Options> {
+        if !(1..=1 << 30).contains(&self.photons) || !(1..=1024).contains(&self.passes) {
+            return usage!(
+                "--photons {} --passes {}: 1 to 1073741824 photons, 1 to 1024 maps",
+                self.photons,
+                self.passes
+            );
+        }
+        if !(8..=100_000).contains(&self.count) {
+            return usage!("--count {}: 8 to 100000 photons", self.count);
+        }
+        if self.show == Shown::Mesh {
+            return usage!("--show mesh goes with --method radiosity");
+        }
+        if self.error.is_some() {
+            return usage!(
+                "--error sees the noise of paths, not that of photons, which all pixels share; take --samples"
+            );
+        }
+        Ok(photon::Options {
+            photons: self.photons,
+            passes: self.passes,
+            count: self.count,
+            gather_once: self.show == Shown::Gather,
+            seed: self.seed,
+            memory: self.solver_memory.saturating_mul(1 << 20),
+            solution: self.solution.clone(),
         })
     }
 

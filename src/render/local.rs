@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use glam::Vec3A;
 
-use crate::material::{Base, Ink, Lobe, Lobes, Tint};
+use crate::material::{Base, Ink, Lobe, Tint};
 use crate::notes::Notes;
 use crate::render::balance::Balance;
 use crate::render::meeting::Meeting;
@@ -22,12 +22,11 @@ use crate::render::method::Method;
 use crate::render::sampler::Sampler;
 use crate::render::shade::{Follow, Pairs, Rest, Shade};
 use crate::render::trail::Trail;
-use crate::scene::light::{Emission, Lamp};
+use crate::render::view;
+use crate::scene::light::Emission;
 use crate::scene::{Hit, Scene};
 use crate::{Result, invalid, string_serde};
 
-/// Panes that are looked through.
-const MOST_PANES: usize = 64;
 /// The first pair of a sampler's numbers that is free.
 const FIRST_PAIR: u32 = 2;
 /// A share of interreflected light that is worth a word: one constant stands for all of it.
@@ -143,38 +142,12 @@ impl Local {
 }
 
 impl Method for Local {
-    fn radiance(&self, mut origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
-        let (scene, shade) = (&*self.scene, self.shade());
-        let mut pairs = Pairs::new(sampler, FIRST_PAIR);
-        for _ in 0..MOST_PANES {
-            let Some(hit) = scene.geometry.closest(origin, direction) else {
-                for lamp in scene.tree.distant() {
-                    if let Some((emission, _)) = scene.lamps[lamp].beyond(direction) {
-                        trail.light(&emission, 1.0, 0);
-                    }
-                }
-                return;
-            };
-            let front = hit.normal.dot(direction) < 0.0;
-            if let Some(Lamp::Area(e)) = hit.surface.emitter.filter(|_| front).map(|l| &scene.lamps[l as usize]) {
-                trail.light(&e.emission(), 1.0, 0);
-            }
-            let (at, lobes) = Meeting::with_lobes(scene, &hit, direction);
-            trail.fork();
-            for lobe in lobes.iter().filter(|l| !l.kernel.is_straight()) {
-                trail.branch();
-                shade.lobe(&at, lobe, &mut pairs, trail);
-            }
-            // The last branch, since it may fork again; of several ways straight on, one by lot.
-            let mut straight = Lobes::default();
-            lobes.iter().filter(|l| l.kernel.is_straight()).for_each(|l| straight.push(*l));
-            let lot = if straight.len() > 1 { pairs.pair()[0] } else { 0.0 };
-            let Some(lobe) = straight.choose(lot) else { return };
-            trail.branch();
-            trail.tint(&lobe.tint, 1.0);
-            trail.scale(lobe.factor);
-            origin = at.start(true).0;
-        }
+    fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
+        let (shade, mut pairs) = (self.shade(), Pairs::new(sampler, FIRST_PAIR));
+        let followed = |lobe: &Lobe| lobe.kernel.is_straight();
+        view::look(&self.scene, (origin, direction), &mut pairs, trail, followed, |seen, lobe, pairs, trail| {
+            shade.lobe(seen.at, lobe, pairs, trail);
+        });
     }
 
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {

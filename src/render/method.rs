@@ -11,6 +11,7 @@ use crate::notes::Notes;
 use crate::render::inks::Outline;
 use crate::render::local::{self, Local};
 use crate::render::path::{self, PathTracing};
+use crate::render::photon::{self, PhotonMap};
 use crate::render::radiosity::{self, Radiosity};
 use crate::render::sampler::Sampler;
 use crate::render::stored::Stored;
@@ -50,6 +51,8 @@ pub enum Choice {
     Local(local::Options),
     /// Radiosity.
     Radiosity(radiosity::Options),
+    /// Photon map.
+    Photon(photon::Options),
 }
 
 impl Choice {
@@ -64,6 +67,7 @@ impl Choice {
         Ok(match self {
             Choice::Path(options) => Box::new(PathTracing::new(scene, outline, *options)),
             Choice::Local(options) => Box::new(Local::new(scene, *options, range_nm)?),
+            Choice::Photon(options) => Box::new(PhotonMap::new(scene, outline, options, wavelengths)?),
             Choice::Radiosity(options) => Box::new(Radiosity::new(scene, options, wavelengths)?),
         })
     }

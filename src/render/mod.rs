@@ -17,14 +17,17 @@ pub mod local;
 pub mod meeting;
 pub mod method;
 pub mod path;
+pub mod photon;
 pub mod picture;
 pub mod radiosity;
 pub mod rays;
 pub mod report;
 pub mod sampler;
 pub mod shade;
+pub mod solution;
 pub mod stored;
 pub mod trail;
+pub mod view;
 pub mod wavelengths;
 
 pub use film::Film;

@@ -22,6 +22,11 @@ impl Sampler {
         Sampler { seed: pixel, reversed: index.reverse_bits() }
     }
 
+    /// The sample's number.
+    pub fn index(&self) -> u32 {
+        self.reversed.reverse_bits()
+    }
+
     /// The points of path `k` of `count` into which this sample's path splits: one net over all samples and splits.
     #[inline]
     pub fn branch(&self, k: u32, count: u32) -> Sampler {

@@ -13,8 +13,8 @@
 //! and nothing goes through. What the eye sees in them is followed. Light leaks through a wall that cuts through an element, as
 //! far as the element reaches.
 
-pub mod file;
-pub mod mesh;
+mod file;
+mod mesh;
 mod prepare;
 mod rows;
 mod solve;
@@ -33,16 +33,14 @@ use crate::render::sampler::Sampler;
 use crate::render::shade::{Follow, Pairs, Rest, Shade};
 use crate::render::stored::Stored;
 use crate::render::trail::Trail;
+use crate::render::view::{self, Seen};
 use crate::render::wavelengths::Wavelengths;
-use crate::scene::light::Lamp;
 use crate::scene::{Hit, Scene};
 
 use mesh::Mesh;
 pub use rows::MOST_RAYS;
 use solve::Solved;
 
-/// Mirrors and panes that the eye is followed through.
-const MOST_MIRRORS: usize = 64;
 /// The first pair of a sampler's numbers that is free.
 const FIRST_PAIR: u32 = 2;
 
@@ -133,22 +131,14 @@ impl Radiosity {
     }
 
     /// A lobe of a place.
-    fn lobe(&self, hit: &Hit, front: bool, at: &Meeting, lobe: &Lobe, pairs: &mut Pairs, trail: &mut Trail) {
+    fn lobe(&self, seen: &Seen, lobe: &Lobe, pairs: &mut Pairs, trail: &mut Trail) {
+        let Seen { hit, front, at } = *seen;
         if self.show == Show::Mesh && lobe.kernel.is_matt() {
             trail.tint(&lobe.tint, 1.0);
             return self.take(hit, front != lobe.kernel.transmits(), true, lobe.factor, trail);
         }
         let around = Around { radiosity: self, place: Some((hit, front)) };
         self.shade(&around).lobe(at, lobe, pairs, trail);
-    }
-
-    /// The surface that a point lies on, seen from its front or back.
-    fn under(&self, point: Vec3A, normal: Vec3A) -> Option<(Hit, bool)> {
-        let hit = self.scene.geometry.closest(point, -normal)?;
-        // As far as a point of it may have been moved off.
-        let near = hit.t <= 1e-4 * hit.reach.max(point.abs().max_element()).max(1e-3);
-        let cos = hit.normal.dot(normal);
-        (near && cos.abs() > 0.999).then_some((hit, cos > 0.0))
     }
 }
 
@@ -182,47 +172,21 @@ impl Rest for Around<'_> {
 }
 
 impl Method for Radiosity {
-    fn radiance(&self, mut origin: Vec3A, mut direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
-        let scene = &*self.scene;
+    fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         let mut pairs = Pairs::new(sampler, FIRST_PAIR);
-        for _ in 0..MOST_MIRRORS {
-            let Some(hit) = scene.geometry.closest(origin, direction) else {
-                for lamp in scene.tree.distant() {
-                    if let Some((emission, _)) = scene.lamps[lamp].beyond(direction) {
-                        trail.light(&emission, 1.0, 0);
-                    }
-                }
-                return;
-            };
-            let front = hit.normal.dot(direction) < 0.0;
-            if let Some(Lamp::Area(e)) = hit.surface.emitter.filter(|_| front).map(|l| &scene.lamps[l as usize]) {
-                trail.light(&e.emission(), 1.0, 0);
-            }
-            let (at, lobes) = Meeting::with_lobes(scene, &hit, direction);
-            trail.fork();
-            for lobe in lobes.iter().filter(|l| !l.kernel.is_specular()) {
-                trail.branch();
-                self.lobe(&hit, front, &at, lobe, &mut pairs, trail);
-            }
-            // The last branch, since it may fork again; of several mirrors one by lot.
-            let mut mirrors = Lobes::default();
-            lobes.iter().filter(|l| l.kernel.is_specular()).for_each(|l| mirrors.push(*l));
-            let lot = if mirrors.len() > 1 { pairs.pair()[0] } else { 0.0 };
-            let Some(lobe) = mirrors.choose(lot) else { return };
-            let Some(turn) = lobe.kernel.sample(at.out, pairs.pair()) else { return };
-            trail.branch();
-            trail.tint(&lobe.tint, if lobe.tint.turns() { at.cos_half(turn.inc) } else { 1.0 });
-            trail.scale(lobe.factor * turn.weight);
-            direction = at.world(turn.inc).normalize();
-            origin = at.start(lobe.kernel.transmits()).0;
-        }
+        let followed = |lobe: &Lobe| lobe.kernel.is_specular();
+        view::look(&self.scene, (origin, direction), &mut pairs, trail, followed, |seen, lobe, pairs, trail| {
+            self.lobe(seen, lobe, pairs, trail);
+        });
     }
 
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         let mut pairs = Pairs::new(sampler, FIRST_PAIR);
         let at = Meeting::facing(point, normal);
-        match self.under(point, normal).filter(|_| self.show != Show::Gather) {
-            Some((hit, front)) => self.lobe(&hit, front, &at, &Lobe::WHITE, &mut pairs, trail),
+        match view::under(&self.scene, point, normal).filter(|_| self.show != Show::Gather) {
+            Some((hit, front)) => {
+                self.lobe(&Seen { hit: &hit, front, at: &at }, &Lobe::WHITE, &mut pairs, trail);
+            }
             None => {
                 // In mid-air there are no elements: it looks around.
                 let around = Around { radiosity: self, place: None };

@@ -15,6 +15,7 @@ use crate::render::radiosity::solve::{Solved, System};
 use crate::render::radiosity::{Account, Options, Radiosity, Show};
 use crate::render::sampler::Sampler;
 use crate::render::shade::{Follow, LampsAlone, Pairs, Shade};
+use crate::render::solution::{self, Fingerprint};
 use crate::render::stored::Stored;
 use crate::render::trail::Trail;
 use crate::render::wavelengths::Wavelengths;
@@ -23,6 +24,8 @@ use crate::scene::light::Emission;
 use crate::scene::{Hit, Scene};
 use crate::{Result, invalid, parallel};
 
+/// Of solution files.
+const KIND: &str = "radiosity";
 /// Residual at which the balance is good enough: far below what rays and elements leave.
 pub const RESIDUAL: f64 = 1e-4;
 /// Rays from an element for each place on it from which the lamps are looked at.
@@ -49,34 +52,34 @@ const BYTES: usize = 64;
 pub fn prepared(scene: Arc<Scene>, options: &Options, wavelengths: &dyn Wavelengths) -> Result<Radiosity> {
     parallel::ready();
     let mut workshop = Workshop { scene: &scene, options, wavelengths, lights: Vec::new() };
-    let known = match &options.solution {
-        Some(path) => Some((path, file::Fingerprint::of(&scene, options, wavelengths))),
+    let known = options.solution.as_deref().map(|p| (p, Fingerprint::of(&scene, &file::options(options), wavelengths)));
+    let kept = match known {
+        Some((path, fingerprint)) => {
+            solution::read(path, KIND, fingerprint, |b| file::parse(b, &scene, wavelengths.lanes()))?
+        }
         None => None,
     };
-    if let Some((path, fingerprint)) = &known
-        && let Some((mesh, stored, account)) = file::read(path, *fingerprint, &scene, wavelengths.lanes())?
-    {
-        let brightness = workshop.brightness(&mesh, &stored);
-        return Ok(Radiosity { scene: scene.clone(), show: options.show, mesh, stored, brightness, account });
-    }
-    let (mesh, stored, account) = workshop.solution()?;
+    let (mesh, stored, account) = match kept {
+        Some(kept) => kept,
+        None => {
+            let (mesh, stored, account) = workshop.solution()?;
+            if let Some((path, fingerprint)) = known {
+                solution::write(path, KIND, fingerprint, &file::bytes(&mesh, &stored, &account))?;
+            }
+            (mesh, stored, account)
+        }
+    };
     let brightness = workshop.brightness(&mesh, &stored);
-    if let Some((path, fingerprint)) = known {
-        file::write(path, fingerprint, &mesh, &stored, &account)?;
-    }
     Ok(Radiosity { scene: scene.clone(), show: options.show, mesh, stored, brightness, account })
 }
 
 /// What a solution is made of.
-pub struct Workshop<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// What was asked for.
-    pub options: &'a Options,
-    /// What is carried.
-    pub wavelengths: &'a dyn Wavelengths,
+struct Workshop<'a> {
+    scene: &'a Scene,
+    options: &'a Options,
+    wavelengths: &'a dyn Wavelengths,
     /// Lights that shine on anything.
-    pub lights: Vec<u32>,
+    lights: Vec<u32>,
 }
 
 impl Workshop<'_> {
@@ -299,7 +302,10 @@ impl Workshop<'_> {
                 (side, mesh.tiles()[side.0].error(values, DARK * mean as f32))
             })
             .collect();
-        let error = errors.iter().map(|((i, _), e)| areas[*i] * e).sum::<f64>() / area.max(f64::MIN_POSITIVE);
+        // By the light on them: the inside of a box does not count as its outside does.
+        let light = |side: &(usize, bool)| areas[side.0] * mean_of(side);
+        let all = errors.iter().map(|(side, _)| light(side)).sum::<f64>().max(f64::MIN_POSITIVE);
+        let error = errors.iter().map(|(side, e)| light(side) * e).sum::<f64>() / all;
         Judged { error, sides: errors }
     }
 
@@ -353,7 +359,7 @@ impl Workshop<'_> {
     }
 
     /// Of one element: all that its lobes send back.
-    pub fn reflectance(&self, element: &Element, number: u32) -> Vec<f32> {
+    fn reflectance(&self, element: &Element, number: u32) -> Vec<f32> {
         const PLACES: u32 = 64;
         let mut trail = Trail::default();
         trail.fork();
@@ -407,7 +413,7 @@ impl Workshop<'_> {
 
 /// Errors of sides.
 struct Judged {
-    /// Mean over area.
+    /// Mean over area and light.
     error: f64,
     sides: Vec<((usize, bool), f64)>,
 }

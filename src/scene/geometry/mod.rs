@@ -173,6 +173,11 @@ impl Geometry {
         self.len() == 0
     }
 
+    /// Lower and upper corner of a box around all.
+    pub fn bounds(&self) -> (Vec3A, Vec3A) {
+        (self.scene.tree.low, self.scene.tree.high)
+    }
+
     /// Bytes on the heap.
     pub fn bytes(&self) -> usize {
         let groups: usize = self.groups.iter().map(Group::bytes).sum();
