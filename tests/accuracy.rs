@@ -10,6 +10,8 @@ mod list;
 
 use std::time::{Duration, Instant};
 
+use cases::How;
+
 /// Cases that this file covers, and those that wait for what is not there yet.
 const WAITING: [&str; 2] = ["furnace-thermal-medium", "furnace-thinfilm-conductor"];
 
@@ -33,9 +35,11 @@ fn formulas_are_those_of_the_table() {
 #[test]
 fn renders_lie_within_tolerance_and_error() {
     let mut wrong = Vec::new();
-    for case in list::all(&cases::table()) {
+    let all = list::all(&cases::table());
+    for (case, how) in all.iter().flat_map(|c| How::ALL.map(|how| (c, how))).filter(|(c, how)| how.claims(&c.id)) {
         let start = Instant::now();
-        let got = case.measure(2.0, Duration::from_secs(2));
+        let time = Duration::from_secs(2);
+        let got = if how == How::Path { case.measure(2.0, time) } else { case.solve(how, 2.0, time) };
         let (mut worst, mut noise) = (0.0f64, 0.0f64);
         for (v, g) in case.values.iter().zip(&got) {
             let off = (g.value - v.want).abs();
@@ -43,15 +47,16 @@ fn renders_lie_within_tolerance_and_error() {
             noise = noise.max(g.standard_error / v.tolerance);
             if off > v.tolerance + 4.5 * g.standard_error || g.standard_error > 5.0 * v.tolerance {
                 wrong.push(format!(
-                    "{}, {}: {} +- {} for {} +- {}",
+                    "{} by {how:?}, {}: {} +- {} for {} +- {}",
                     case.id, v.label, g.value, g.standard_error, v.want, v.tolerance
                 ));
             }
         }
         let (n, s) = (case.values.len(), start.elapsed().as_secs_f64());
         println!(
-            "{:32} {n:3} values, worst {worst:.2} of what is allowed, error at most {noise:.2} tolerances, {s:.2} s",
-            case.id
+            "{:32} {:10} {n:3} values, worst {worst:.2} of what is allowed, error at most {noise:.2} tolerances, {s:.2} s",
+            case.id,
+            format!("{how:?}")
         );
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -78,11 +78,15 @@ pub struct Options {
 }
 
 /// For each light the number of its spectrum, and its tint by a spectrum of factors: one radiance from everywhere.
-struct Ambient(Vec<(u32, Tint)>);
+struct Ambient {
+    tints: Vec<(u32, Tint)>,
+    /// Share of the directions of a place in which there are surfaces.
+    closed: f32,
+}
 
 impl Ambient {
     fn note(&self, weight: f32, trail: &mut Trail) {
-        for (light, tint) in &self.0 {
+        for (light, tint) in &self.tints {
             trail.tint(tint, 1.0);
             trail.light(&Emission::one(*light, 1.0), weight, 1);
         }
@@ -91,7 +95,7 @@ impl Ambient {
 
 impl Rest for Ambient {
     fn spread(&self, _: &Meeting, _: &Lobe, weight: f32, trail: &mut Trail) {
-        self.note(weight, trail);
+        self.note(weight * self.closed, trail);
     }
 
     fn sent(&self, _: Option<&Hit>, _: Vec3A, weight: f32, _: &mut Pairs, trail: &mut Trail) {
@@ -123,11 +127,14 @@ impl Local {
                 );
             }
         };
-        let mut local = Local { scene, options, balance, ambient: Ambient(Vec::new()), inks: Vec::new() };
+        // What was asked for is taken at its word.
+        let closed = if options.ambient == Term::Balance { balance.closed as f32 } else { 1.0 };
+        let mut local =
+            Local { scene, options, balance, ambient: Ambient { tints: Vec::new(), closed }, inks: Vec::new() };
         if factor > 0.0 {
             for (light, factors) in &local.balance.ambient {
                 let ink = (local.scene.inks.len() + local.inks.len()) as u32;
-                local.ambient.0.push((*light, Tint::Base(Base::Ink(ink))));
+                local.ambient.tints.push((*light, Tint::Base(Base::Ink(ink))));
                 local.inks.push(Ink::Reflectance(factors.scaled(factor)));
             }
         }

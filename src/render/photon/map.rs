@@ -191,7 +191,8 @@ impl Plan<'_> {
             flux *= factor;
             // It ends by lot, so that those that go on carry about as much as before.
             let odds = factor * self.outline.value(&outline) / before.max(f32::MIN_POSITIVE);
-            if odds < 1.0 {
+            // All go on from the first surface: dark ones would leave few that arrive anywhere.
+            if odds < 1.0 && !straight {
                 if end >= odds {
                     return way;
                 }

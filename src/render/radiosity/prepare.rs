@@ -45,8 +45,10 @@ const MOST_LEVELS: usize = 8;
 const WORTH: f64 = 0.75;
 /// Darker places than this share of the mean need not be known better than it.
 const DARK: f32 = 0.05;
-/// Bytes that an element may take for each wavelength of a light.
+/// Bytes that an element may take for each wavelength of a light where rows need more than what follows.
 const BYTES: usize = 64;
+/// Bytes of rows that are kept in any case.
+const SOME_ROWS: usize = 256 << 20;
 
 /// Meshes and solves, or takes the solution from its file.
 pub fn prepared(scene: Arc<Scene>, options: &Options, wavelengths: &dyn Wavelengths) -> Result<Radiosity> {
@@ -239,7 +241,7 @@ impl Workshop<'_> {
     ) -> (Solved, [usize; 2], usize) {
         let (n, lanes, lights) = (mesh.len(), self.wavelengths.lanes(), self.lights.len());
         let fixed = self.bytes(n, lights);
-        let room = (BYTES * n * lanes * lights).min(self.options.memory).saturating_sub(fixed);
+        let room = (BYTES * n * lanes * lights).max(fixed + SOME_ROWS).min(self.options.memory).saturating_sub(fixed);
         let rows = Rows::trace(&self.scene.geometry, mesh, rays, self.options.seed, room);
         let sees = |from: &[f32], to: &mut [f32]| rows.apply(from, to, lanes);
         let system = System { lanes, reflectance, sees };
