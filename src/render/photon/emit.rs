@@ -4,8 +4,10 @@
 use std::f32::consts::{PI, TAU};
 
 use glam::Vec3A;
+use rayon::prelude::*;
 
 use crate::material::kernel::disk;
+use crate::render::photon::guide::{self, Guide};
 use crate::render::sampler::Sampler;
 use crate::render::wavelengths::Wavelengths;
 use crate::scene::geometry::Patch;
@@ -29,6 +31,7 @@ struct Source {
     /// Chance to be chosen, and of those before it.
     chance: f64,
     before: f64,
+    guide: Option<Guide>,
 }
 
 /// A photon that sets out.
@@ -82,7 +85,7 @@ impl<'a> Lamps<'a> {
         let mut sources = Vec::new();
         for (lamp, (patch, power)) in patches.into_iter().zip(powers).enumerate() {
             if power > 0.0 {
-                sources.push(Source { lamp, patch, chance: power / total, before });
+                sources.push(Source { lamp, patch, chance: power / total, before, guide: None });
                 before += power / total;
             }
         }
@@ -94,11 +97,41 @@ impl<'a> Lamps<'a> {
         self.sources.is_empty()
     }
 
+    /// Learns from photons which of them arrive.
+    pub fn learn(&mut self, photons: u32, seed: u32, arrives: impl Fn(Start, &Sampler) -> bool + Sync) {
+        for source in 0..self.sources.len() {
+            let count = (f64::from(photons) * self.sources[source].chance) as u32;
+            let one = |i: u32| -> (usize, bool) {
+                let sampler = Sampler::new(source as u32, 0x1f83_d9ab, i, seed);
+                let (place, turn) = (sampler.pair(1), sampler.pair(2));
+                let start = self.from(&self.sources[source], place, turn, sampler.pair(0)[1]);
+                (guide::cell(place, turn), start.is_some_and(|s| arrives(s, &sampler)))
+            };
+            let all: Vec<(usize, bool)> = (0..count).into_par_iter().map(one).collect();
+            let (mut sent, mut arrived) = (vec![0; guide::CELLS], vec![0; guide::CELLS]);
+            for (cell, well) in all {
+                sent[cell] += 1;
+                arrived[cell] += u32::from(well);
+            }
+            self.sources[source].guide = Guide::new(&sent, &arrived);
+        }
+    }
+
     /// A photon; `None` where the lamp sends nothing in the direction that was chosen.
     pub fn start(&self, sampler: &Sampler) -> Option<Start> {
         let ([lot, part], place, turn) = (sampler.pair(0), sampler.pair(1), sampler.pair(2));
         let i = self.sources.partition_point(|s| s.before <= f64::from(lot)).max(1) - 1;
         let source = self.sources.get(i)?;
+        let Some(guide) = &source.guide else { return self.from(source, place, turn, part) };
+        // What is left of the lot is as good as a new one.
+        let lot = (f64::from(lot) - source.before) / source.chance;
+        let (place, turn, density) = guide.place(lot, place, turn);
+        let start = self.from(source, place, turn, part)?;
+        Some(Start { flux: start.flux / density, ..start })
+    }
+
+    /// From a lamp, by two numbers for the place and two for the direction.
+    fn from(&self, source: &Source, place: [f32; 2], turn: [f32; 2], part: f32) -> Option<Start> {
         let chance = source.chance as f32;
         match (&self.scene.lamps[source.lamp], &source.patch) {
             (Lamp::Area(e), Some(patch)) => {

@@ -27,6 +27,8 @@ use crate::{Result, invalid};
 const MOST_BOUNCES: u32 = 2048;
 /// A disk's size needs fewer photons than its light.
 pub const THINNED: usize = 8;
+/// Photons from which it is learned where others are worth sending.
+const LEARNERS: (u32, u32) = (1 << 14, 1 << 18);
 /// Photons traced together.
 const TOGETHER: u32 = 1024;
 /// Pairs of a sampler's numbers a bounce.
@@ -84,7 +86,9 @@ struct Way {
 impl Plan<'_> {
     /// Sends photons out, for all maps.
     pub fn trace(&self) -> Result<Maps> {
-        let lamps = Lamps::new(self.scene, self.wavelengths);
+        let mut lamps = Lamps::new(self.scene, self.wavelengths);
+        let learners = (self.photons.saturating_mul(self.passes) / 8).clamp(LEARNERS.0, LEARNERS.1);
+        lamps.learn(learners, self.seed, |start, sampler| !self.way(start, sampler).arrivals.is_empty());
         let mut maps = Maps::default();
         maps.stored.lanes = self.wavelengths.lanes();
         let mut rows = HashMap::new();
@@ -97,7 +101,7 @@ impl Plan<'_> {
                     .step_by(TOGETHER as usize)
                     .collect::<Vec<_>>()
                     .into_par_iter()
-                    .map(|from| (from..(from + TOGETHER).min(end)).map(|i| self.way(&lamps, pass, i)).collect())
+                    .map(|from| (from..(from + TOGETHER).min(end)).map(|i| self.sent(&lamps, pass, i)).collect())
                     .collect();
                 for way in ways.iter().flatten() {
                     maps.endless += u64::from(way.endless);
@@ -162,11 +166,15 @@ impl Plan<'_> {
         Ok(row)
     }
 
-    /// Follows one photon.
-    fn way(&self, lamps: &Lamps, pass: u32, number: u32) -> Way {
+    /// Sends one photon out.
+    fn sent(&self, lamps: &Lamps, pass: u32, number: u32) -> Way {
         let sampler = Sampler::new(pass, 0x3c6e_f372, number, self.seed);
+        lamps.start(&sampler).map_or_else(Way::default, |start| self.way(start, &sampler))
+    }
+
+    /// Follows a photon to its end.
+    fn way(&self, Start { mut origin, mut direction, light, mut flux }: Start, sampler: &Sampler) -> Way {
         let mut way = Way::default();
-        let Some(Start { mut origin, mut direction, light, mut flux }) = lamps.start(&sampler) else { return way };
         let mut outline = Lanes::<1>::splat(1.0);
         let mut straight = true;
         for bounce in 0..=MOST_BOUNCES {

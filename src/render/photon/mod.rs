@@ -11,6 +11,7 @@
 
 pub mod emit;
 pub mod gather;
+pub mod guide;
 pub mod map;
 pub mod tree;
 

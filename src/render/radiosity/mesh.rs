@@ -3,6 +3,8 @@
 //! What a surface shows at a place comes from the cells around it: linear between their middles and beyond them to the edge, or,
 //! where that would leave the neighbourhood of what the cells have, no further than their middles.
 
+use glam::Vec3A;
+
 use crate::scene::geometry::Patch;
 use crate::scene::{Geometry, Hit};
 
@@ -16,6 +18,8 @@ pub struct Tile {
     pub patch: Patch,
     /// Cells along both sides of the square; of a triangle the same number twice. 0 for a surface without area.
     pub cells: [u32; 2],
+    /// Area of the surface, in the scene's units.
+    pub area: f64,
     /// First element of front and back.
     first: [u32; 2],
 }
@@ -79,6 +83,17 @@ impl Tile {
 }
 
 impl Element<'_> {
+    /// A place spread evenly over the element by two numbers in 0..1, and the normal of its side.
+    pub fn place(&self, u: [f32; 2]) -> (Vec3A, Vec3A) {
+        let (point, front) = self.tile.patch.place(self.square(u));
+        (point, if self.front { front } else { -front })
+    }
+
+    /// About how long it is.
+    pub fn size(&self) -> f32 {
+        (self.tile.area / f64::from(self.tile.count().max(1))).sqrt() as f32
+    }
+
     /// A point of the square, spread evenly over the cell by two numbers in 0..1.
     pub fn square(&self, [mut u, mut v]: [f32; 2]) -> [f32; 2] {
         let [n, m] = self.tile.cells;
@@ -99,8 +114,9 @@ impl Mesh {
             if let Some(p) = patch.placement.filter(|p| *p as usize >= bases.len()) {
                 bases.resize(p as usize + 1, tiles.len() as u32);
             }
-            let cells = if patch.area() > 0.0 { cells(&patch) } else { [0, 0] };
-            tiles.push(Tile { patch, cells, first: [0, 0] });
+            let area = patch.area();
+            let cells = if area > 0.0 { cells(&patch) } else { [0, 0] };
+            tiles.push(Tile { patch, cells, area, first: [0, 0] });
         }
         let mut mesh = Mesh { tiles, bases, runs: Vec::new(), count: 0 };
         mesh.number();
@@ -176,7 +192,8 @@ impl Mesh {
         (first != ASLEEP).then(|| first + tile.cell(tile.patch.square(hit.bary)))
     }
 
-    /// The elements that a place shows and their shares, which add up to 1; none where the side has no elements.
+    /// The elements that a place shows and their shares, which add up to 1; none where the side has no elements. Those whose
+    /// brightness is negative are covered, and show nothing but to a place that has no others.
     pub fn around(&self, hit: &Hit, front: bool, brightness: &[f32]) -> ([Share; 4], usize) {
         let tile = &self.tiles[self.tile(hit)];
         let (mut shares, first) = ([(0, 0.0); 4], tile.first[usize::from(!front)]);
@@ -188,6 +205,10 @@ impl Mesh {
         for beyond in [0.5, 0.0] {
             let count = tile.blend([s, t], beyond, &mut shares);
             shares[..count].iter_mut().for_each(|s| s.0 += first);
+            let covered = |s: &Share| brightness[s.0 as usize] < 0.0;
+            if shares[..count].iter().any(covered) {
+                return uncovered(tile.blend([s, t], 0.0, &mut shares), first, shares, covered);
+            }
             let among = shares[..count].iter().map(|(e, _)| brightness[*e as usize]);
             let (low, high) = among.fold((f32::MAX, 0f32), |(l, h), b| (l.min(b), h.max(b)));
             let value = bright(&shares[..count]);
@@ -208,7 +229,8 @@ impl Tile {
         let value = |i: i64, j: i64| -> Option<f32> {
             let inside = (0..i64::from(n)).contains(&i) && (0..i64::from(m)).contains(&j);
             let there = inside && !(self.patch.is_triangle() && i + j >= i64::from(n));
-            there.then(|| values[self.number(i as u32, j as u32) as usize])
+            let value = || values[self.number(i as u32, j as u32) as usize];
+            there.then(value).filter(|v| *v >= 0.0)
         };
         let around = |i: i64| if self.patch.is_round() && n > 2 { i.rem_euclid(i64::from(n)) } else { i };
         let mut sum = 0.0;
@@ -216,6 +238,9 @@ impl Tile {
             let (i, j) = self.column_row(cell);
             let (i, j) = (i64::from(i), i64::from(j));
             let here = values[cell as usize];
+            if here < 0.0 {
+                continue;
+            }
             let bend = |a: Option<f32>, b: Option<f32>| match (a, b) {
                 (Some(a), Some(b)) => (a + b - 2.0 * here).abs() / 8.0,
                 _ => 0.0,
@@ -270,6 +295,23 @@ impl Tile {
     }
 }
 
+/// The shares of elements that are not covered, made up to 1; all of them where all are.
+fn uncovered(
+    count: usize,
+    first: u32,
+    mut shares: [Share; 4],
+    covered: impl Fn(&Share) -> bool,
+) -> ([Share; 4], usize) {
+    shares[..count].iter_mut().for_each(|s| s.0 += first);
+    let open: f32 = shares[..count].iter().filter(|s| !covered(s)).map(|s| s.1).sum();
+    if open > 1e-3 {
+        for s in &mut shares[..count] {
+            s.1 = if covered(s) { 0.0 } else { s.1 / open };
+        }
+    }
+    (shares, count)
+}
+
 /// The two of n cells around a point of 0..1, and their shares; going round, the last is before the first.
 fn along(s: f32, n: u32, beyond: f32, around: bool) -> [(u32, f32); 2] {
     let x = s * n as f32 - 0.5;
@@ -290,7 +332,6 @@ fn along(s: f32, n: u32, beyond: f32, around: bool) -> [(u32, f32); 2] {
 mod tests {
     use super::*;
     use crate::scene::geometry::{Primitive, Surface};
-    use glam::Vec3A;
 
     fn geometry() -> Geometry {
         let shapes = vec![

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use glam::Vec3A;
 use rayon::prelude::*;
 
-use crate::material::Lobes;
+use crate::material::{Lobe, Lobes};
 use crate::render::meeting::Meeting;
 use crate::render::radiosity::file;
 use crate::render::radiosity::mesh::{Element, Mesh};
-use crate::render::radiosity::rows::{Rows, look_around};
+use crate::render::radiosity::rows::{Rows, is_all_covered, is_covered, look_around, may_be_covered};
 use crate::render::radiosity::solve::{Solved, System};
 use crate::render::radiosity::{Account, Options, Radiosity, Show};
 use crate::render::sampler::Sampler;
@@ -21,7 +21,7 @@ use crate::render::trail::Trail;
 use crate::render::wavelengths::Wavelengths;
 use crate::scene::geometry::Patch;
 use crate::scene::light::Emission;
-use crate::scene::{Hit, Scene};
+use crate::scene::{Hit, Scene, ray};
 use crate::{Result, invalid, parallel};
 
 /// Of solution files.
@@ -99,10 +99,9 @@ impl Workshop<'_> {
         let mut level = 0;
         let stored = loop {
             let reflectance = self.reflectances(&mesh);
-            let mut stored = self.direct(&mesh);
             if self.options.divide.is_none() && level < MOST_LEVELS {
                 level += 1;
-                let mut trial = stored.clone();
+                let mut trial = self.direct(&mesh, rough as u32);
                 self.balance(&mesh, &reflectance, &mut trial, rough as u32, 1e-2);
                 let judged = self.judge(&mesh, &trial);
                 account.error = Some(judged.error);
@@ -119,6 +118,7 @@ impl Workshop<'_> {
                     continue;
                 }
             }
+            let mut stored = self.direct(&mesh, self.options.rays);
             (account.solved, account.rows_kept, account.bytes) =
                 self.balance(&mesh, &reflectance, &mut stored, self.options.rays, RESIDUAL);
             break stored;
@@ -158,7 +158,7 @@ impl Workshop<'_> {
             .map(|number| {
                 let (tile, element) = mesh.element(number);
                 let mut sums = vec![0f32; self.scene.lights.len() * lanes];
-                self.look(&element, number, &mut sums);
+                self.look(&element, number, FEELERS, &mut sums);
                 let lights = sums.chunks(lanes).map(|s| s.iter().any(|x| *x > 0.0)).collect();
                 let mut seen = Vec::new();
                 look_around(&self.scene.geometry, mesh, number, FEELERS, self.options.seed, |e| {
@@ -196,32 +196,35 @@ impl Workshop<'_> {
     }
 
     /// Adds the lamps' light on an element, a row a light of the scene.
-    fn look(&self, element: &Element, number: u32, sums: &mut [f32]) {
+    fn look(&self, element: &Element, number: u32, looks: u32, sums: &mut [f32]) {
         let shade = Shade { scene: self.scene, rest: &LampsAlone, shadows: true, follow: Follow::Nothing };
-        let patch = &element.tile.patch;
-        let (mut trail, reach) = (Trail::default(), patch.reach());
+        let (mut trail, reach, size) = (Trail::default(), element.tile.patch.reach(), element.size());
         trail.fork();
-        let looks = (self.options.rays / RAYS_A_LOOK).max(1);
+        let open = !may_be_covered(&self.scene.geometry, element, number);
+        let mut taken = 0;
         for i in 0..looks {
             let sampler = Sampler::new(number, 0x2c1b_3c6d, i, self.options.seed);
-            let (point, front) = patch.place(element.square(sampler.pair(0)));
-            let normal = if element.front { front } else { -front };
+            let (point, normal) = element.place(sampler.pair(0));
             let at = Meeting { reach, ..Meeting::facing(point, normal) };
+            if !open && is_covered(&self.scene.geometry, at.start(false).0, normal, size) {
+                continue;
+            }
+            taken += 1;
             trail.branch();
-            shade.lobe(&at, &crate::material::Lobe::WHITE, &mut Pairs::new(&sampler, 1), &mut trail);
+            shade.lobe(&at, &Lobe::WHITE, &mut Pairs::new(&sampler, 1), &mut trail);
         }
-        self.wavelengths.gather(&trail, &Stored::default(), 1.0 / looks as f32, sums);
+        self.wavelengths.gather(&trail, &Stored::default(), 1.0 / taken.max(1) as f32, sums);
     }
 
     /// The lamps' light on all elements; room for as much again behind it.
-    fn direct(&self, mesh: &Mesh) -> Stored {
+    fn direct(&self, mesh: &Mesh, rays: u32) -> Stored {
         let (lanes, lights) = (self.wavelengths.lanes(), self.lights.len());
         let mut data = vec![0f32; 2 * mesh.len() * lights * lanes];
         let (direct, _) = data.split_at_mut(mesh.len() * lights * lanes);
         if lights > 0 {
             direct.par_chunks_mut(lights * lanes).enumerate().for_each(|(number, row)| {
                 let mut sums = vec![0f32; self.scene.lights.len() * lanes];
-                self.look(&mesh.element(number as u32).1, number as u32, &mut sums);
+                self.look(&mesh.element(number as u32).1, number as u32, (rays / RAYS_A_LOOK).max(1), &mut sums);
                 for (row, light) in row.chunks_mut(lanes).zip(&self.lights) {
                     row.copy_from_slice(&sums[*light as usize * lanes..][..lanes]);
                 }
@@ -264,9 +267,13 @@ impl Workshop<'_> {
         (all, [rows.kept(), n], fixed + rows.bytes())
     }
 
-    /// Luminance that white elements would show, of all light and of that from other surfaces.
+    /// Luminance that white elements would show, of all light and of that from other surfaces; -1 of those that are covered.
     fn brightness(&self, mesh: &Mesh, stored: &Stored) -> [Vec<f32>; 2] {
         let lights = stored.lights.len();
+        let covered: Vec<bool> = (0..mesh.len())
+            .into_par_iter()
+            .map(|e| is_all_covered(&self.scene.geometry, &mesh.element(e as u32).1, e as u32))
+            .collect();
         [0, mesh.len()].map(|first| {
             let element = |e: usize| -> f32 {
                 let row = |l: usize| {
@@ -274,7 +281,7 @@ impl Workshop<'_> {
                     let row = stored.row(((first + e) * lights + l) as u32);
                     row.iter().zip(weights).map(|(r, w)| r * w).sum::<f32>()
                 };
-                (0..lights).map(row).sum()
+                if covered[e] { -1.0 } else { (0..lights).map(row).sum() }
             };
             (0..mesh.len()).into_par_iter().map(element).collect()
         })
@@ -284,7 +291,7 @@ impl Workshop<'_> {
     fn judge(&self, mesh: &Mesh, stored: &Stored) -> Judged {
         let [all, between] = self.brightness(mesh, stored);
         let shown = if self.options.show == Show::Mesh { all } else { between };
-        let areas: Vec<f64> = mesh.tiles().iter().map(|t| t.patch.area()).collect();
+        let areas: Vec<f64> = mesh.tiles().iter().map(|t| t.area).collect();
         let sides: Vec<(usize, bool)> = (0..areas.len())
             .flat_map(|i| [(i, true), (i, false)])
             .filter(|(i, front)| mesh.is_awake(*i, *front))
@@ -292,7 +299,7 @@ impl Workshop<'_> {
         let mean_of = |(i, front): &(usize, bool)| -> f64 {
             let elements = mesh.elements(*i, *front);
             let count = elements.len().max(1) as f64;
-            elements.map(|e| f64::from(shown[e as usize])).sum::<f64>() / count
+            elements.map(|e| f64::from(shown[e as usize].max(0.0))).sum::<f64>() / count
         };
         let area: f64 = sides.iter().map(|s| areas[s.0]).sum();
         let mean = sides.iter().map(|s| areas[s.0] * mean_of(s)).sum::<f64>() / area.max(f64::MIN_POSITIVE);
@@ -371,7 +378,7 @@ impl Workshop<'_> {
             let away = crate::material::kernel::lambert::cosine(sampler.pair(1));
             let (site, shading) = self.scene.site(&hit, element.front);
             let axis = if element.front { shading } else { -shading };
-            let (s, t) = crate::scene::ray::frame(axis);
+            let (s, t) = ray::frame(axis);
             let out = (s * away.x + t * away.y + axis * away.z.max(1e-3)).normalize();
             let at = Meeting::new(&hit, element.front, shading, -out);
             let mut lobes = Lobes::default();
@@ -397,7 +404,7 @@ impl Workshop<'_> {
             if !(mesh.is_awake(i, true) || mesh.is_awake(i, false)) {
                 continue;
             }
-            let area = tile.patch.area();
+            let area = tile.area;
             all += area;
             let hit = hit(&tile.patch, [0.3, 0.3]);
             let shiny = [true, false].into_iter().filter(|front| mesh.is_awake(i, *front)).any(|front| {

@@ -4,10 +4,11 @@
 //! A row holds the elements that its rays meet, and how many. As many rows are kept as memory allows; those of the other elements
 //! are traced again each time, by the same rays.
 
+use glam::Vec3A;
 use rayon::prelude::*;
 
 use crate::render::lanes::GROUP;
-use crate::render::radiosity::mesh::Mesh;
+use crate::render::radiosity::mesh::{Element, Mesh};
 use crate::render::sampler::Sampler;
 use crate::scene::{Geometry, ray};
 use crate::simd;
@@ -16,8 +17,6 @@ use crate::simd;
 const TOGETHER: usize = 64;
 /// Most rays of an element: counts have 16 bits.
 pub const MOST_RAYS: u32 = 65_535;
-/// Bytes of an entry.
-const ENTRY: usize = size_of::<Entry>();
 
 /// An element that was met, and the rays that met it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,14 +26,28 @@ pub struct Entry {
     count: u16,
 }
 
+/// Rows of elements side by side.
+#[derive(Default)]
+struct Run {
+    entries: Vec<Entry>,
+    /// Where each row ends, and how many rays it is of.
+    ends: Vec<(u32, u32)>,
+}
+
+impl Run {
+    fn bytes(&self) -> usize {
+        self.entries.len() * size_of::<Entry>() + size_of_val(&self.ends[..])
+    }
+}
+
 /// The rows of a mesh.
 pub struct Rows<'a> {
     geometry: &'a Geometry,
     mesh: &'a Mesh,
     rays: u32,
     seed: u32,
-    /// Runs of rows: entries, and where each row of the run ends. Those beyond are not kept.
-    kept: Vec<(Vec<Entry>, Vec<u32>)>,
+    /// Runs of rows; those beyond are not kept.
+    kept: Vec<Run>,
 }
 
 impl<'a> Rows<'a> {
@@ -48,12 +61,12 @@ impl<'a> Rows<'a> {
         for first in (0..runs).step_by(AT_A_TIME) {
             let some: Vec<_> =
                 (first..(first + AT_A_TIME).min(runs)).into_par_iter().map(|run| rows.run(run)).collect();
-            for (entries, ends) in some {
-                bytes += entries.len() * ENTRY + ends.len() * size_of::<u32>();
+            for run in some {
+                bytes += run.bytes();
                 if bytes > most_bytes {
                     return rows;
                 }
-                rows.kept.push((entries, ends));
+                rows.kept.push(run);
             }
         }
         rows
@@ -66,35 +79,35 @@ impl<'a> Rows<'a> {
 
     /// Of all rows.
     pub fn bytes(&self) -> usize {
-        self.kept.iter().map(|(e, ends)| e.len() * ENTRY + ends.len() * size_of::<u32>()).sum()
+        self.kept.iter().map(Run::bytes).sum()
     }
 
-    fn run(&self, run: usize) -> (Vec<Entry>, Vec<u32>) {
-        let (mut entries, mut ends, mut met) = (Vec::new(), Vec::new(), Vec::new());
+    fn run(&self, run: usize) -> Run {
+        let (mut found, mut met) = (Run::default(), Vec::new());
         for element in run * TOGETHER..((run + 1) * TOGETHER).min(self.mesh.len()) {
-            self.row(element as u32, &mut met, &mut entries);
-            ends.push(entries.len() as u32);
+            let rays = self.row(element as u32, &mut met, &mut found.entries);
+            found.ends.push((found.entries.len() as u32, rays));
         }
-        entries.shrink_to_fit();
-        (entries, ends)
+        found.entries.shrink_to_fit();
+        found
     }
 
-    /// Adds the row of one element.
-    fn row(&self, element: u32, met: &mut Vec<u32>, entries: &mut Vec<Entry>) {
+    /// Adds the row of one element; returns how many rays it is of.
+    fn row(&self, element: u32, met: &mut Vec<u32>, entries: &mut Vec<Entry>) -> u32 {
         met.clear();
-        look_around(self.geometry, self.mesh, element, self.rays, self.seed, |e| met.push(e));
+        let rays = look_around(self.geometry, self.mesh, element, self.rays, self.seed, |e| met.push(e));
         met.sort_unstable();
         for same in met.chunk_by(|a, b| a == b) {
             entries.push(Entry { element: same[0], count: same.len() as u16 });
         }
+        rays
     }
 
     /// For each element the mean of what it sees: `lanes` numbers an element in `from` and `to`.
     pub fn apply(&self, from: &[f32], to: &mut [f32], lanes: usize) {
-        let scale = 1.0 / self.rays as f32;
         to.par_chunks_mut(TOGETHER * lanes).enumerate().for_each(|(run, to)| {
             let traced;
-            let (entries, ends) = match self.kept.get(run) {
+            let rows = match self.kept.get(run) {
                 Some(kept) => kept,
                 None => {
                     traced = self.run(run);
@@ -102,8 +115,8 @@ impl<'a> Rows<'a> {
                 }
             };
             let mut start = 0;
-            for (sums, end) in to.chunks_exact_mut(lanes).zip(ends) {
-                sum_up(&entries[start..*end as usize], from, sums, scale);
+            for (sums, (end, rays)) in to.chunks_exact_mut(lanes).zip(&rows.ends) {
+                sum_up(&rows.entries[start..*end as usize], from, sums, 1.0 / (*rays).max(1) as f32);
                 start = *end as usize;
             }
         });
@@ -129,18 +142,61 @@ fn sum_up(entries: &[Entry], from: &[f32], sums: &mut [f32], scale: f32) {
     );
 }
 
-/// The elements that rays from all over an element meet.
-pub fn look_around(geometry: &Geometry, mesh: &Mesh, element: u32, rays: u32, seed: u32, mut meet: impl FnMut(u32)) {
+/// The elements that rays from all over an element meet; returns how many rays there were. None start where the element is
+/// covered.
+pub fn look_around(
+    geometry: &Geometry,
+    mesh: &Mesh,
+    element: u32,
+    rays: u32,
+    seed: u32,
+    mut meet: impl FnMut(u32),
+) -> u32 {
     let (_, from) = mesh.element(element);
-    let reach = from.tile.patch.reach();
+    let (reach, size) = (from.tile.patch.reach(), from.size());
+    let open = !may_be_covered(geometry, &from, element);
+    let mut started = 0;
     for i in 0..rays {
         let sampler = Sampler::new(element, 0x51ed_270b, i, seed);
-        let (point, front) = from.tile.patch.place(from.square(sampler.pair(0)));
-        let normal = if from.front { front } else { -front };
+        let (point, normal) = from.place(sampler.pair(0));
+        let origin = ray::offset(point, normal, reach);
+        if !open && is_covered(geometry, origin, normal, size) {
+            continue;
+        }
+        started += 1;
         let direction = ray::cosine_direction(normal, sampler.pair(1));
-        let Some(hit) = geometry.closest(ray::offset(point, normal, reach), direction) else { continue };
+        let Some(hit) = geometry.closest(origin, direction) else { continue };
         if let Some(met) = mesh.met(&hit, hit.normal.dot(direction) < 0.0) {
             meet(met);
         }
     }
+    started
+}
+
+/// Places on an element at which it is seen whether anything covers it.
+const FEELERS: u32 = 16;
+
+/// Some of an element is covered, as far as a few places tell.
+pub fn may_be_covered(geometry: &Geometry, element: &Element, number: u32) -> bool {
+    covered(geometry, element, number).any(|c| c)
+}
+
+/// Nothing of an element is open, as far as a few places tell.
+pub fn is_all_covered(geometry: &Geometry, element: &Element, number: u32) -> bool {
+    covered(geometry, element, number).all(|c| c)
+}
+
+fn covered(geometry: &Geometry, element: &Element, number: u32) -> impl Iterator<Item = bool> {
+    let (reach, size) = (element.tile.patch.reach(), element.size());
+    (0..FEELERS).map(move |i| {
+        let (point, normal) = element.place(Sampler::new(number, 0x0165_667b, i, 0).pair(0));
+        is_covered(geometry, ray::offset(point, normal, reach), normal, size)
+    })
+}
+
+/// Something lies on a place of an element, or next to nothing above it, as a box on the floor: from there no light goes
+/// anywhere, and what the rest of the element shows would be the darker for it.
+pub fn is_covered(geometry: &Geometry, place: Vec3A, normal: Vec3A, size: f32) -> bool {
+    const NEXT_TO_NOTHING: f32 = 0.02;
+    !geometry.visible(place, place + normal * (NEXT_TO_NOTHING * size))
 }
