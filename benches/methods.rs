@@ -216,13 +216,16 @@ fn in_the_box() {
     println!("\ncornell: irradiance of {} points that the camera sees, 16 wavelengths", truth.len());
     let mut page = String::new();
     let mut reached = None;
-    use radiosity::Show::{Direct, Gather, Mesh};
+    use radiosity::Show::{Direct, Gather};
     let tries = [
-        (0.02, 256, Mesh, 1),
-        (0.01, 512, Direct, 16),
+        (0.05, 128, Direct, 16),
+        (0.05, 512, Direct, 16),
+        (0.02, 128, Direct, 16),
+        (0.02, 512, Direct, 32),
         (0.01, 512, Direct, 64),
-        (0.003, 2048, Direct, 64),
-        (0.01, 512, Gather, 256),
+        (0.05, 128, Gather, 32),
+        (0.05, 128, Gather, 128),
+        (0.05, 512, Gather, 128),
     ];
     for (tolerance, rays, show, paths) in tries {
         let got = subject.measure(&by_radiosity(None, tolerance, rays, show), paths, 1);

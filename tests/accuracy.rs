@@ -10,8 +10,6 @@ mod list;
 
 use std::time::{Duration, Instant};
 
-use cases::How;
-
 /// Cases that this file covers, and those that wait for what is not there yet.
 const WAITING: [&str; 2] = ["furnace-thermal-medium", "furnace-thinfilm-conductor"];
 
@@ -36,10 +34,9 @@ fn formulas_are_those_of_the_table() {
 fn renders_lie_within_tolerance_and_error() {
     let mut wrong = Vec::new();
     let all = list::all(&cases::table());
-    for (case, how) in all.iter().flat_map(|c| How::ALL.map(|how| (c, how))).filter(|(c, how)| how.claims(&c.id)) {
+    for (case, how) in all.iter().flat_map(|c| c.methods().map(move |how| (c, how))) {
         let start = Instant::now();
-        let time = Duration::from_secs(2);
-        let got = if how == How::Path { case.measure(2.0, time) } else { case.solve(how, 2.0, time) };
+        let got = case.by(how, 2.0, Duration::from_secs(2));
         let (mut worst, mut noise) = (0.0f64, 0.0f64);
         for (v, g) in case.values.iter().zip(&got) {
             let off = (g.value - v.want).abs();

@@ -106,10 +106,10 @@ pub enum How {
 
 impl How {
     /// All of them.
-    pub const ALL: [How; 4] = [How::Path, How::Local, How::Radiosity, How::Photon];
+    const ALL: [How; 4] = [How::Path, How::Local, How::Radiosity, How::Photon];
 
     /// The method says that it solves a case.
-    pub fn claims(self, id: &str) -> bool {
+    fn claims(self, id: &str) -> bool {
         let direct = id.starts_with("cie5.2") || id.starts_with("cie5.3") || id.starts_with("direct-");
         let direct = direct || id.starts_with("ff-") || id == "close-light-4x4" || id == "grey-furnace-convex";
         // One constant is right in a closed sphere, and there only.
@@ -154,9 +154,19 @@ impl How {
 }
 
 impl Case {
+    /// Measures all values by a method, until their standard errors are `share` of the tolerances or the time is up.
+    pub fn by(&self, how: How, share: f64, time: Duration) -> Vec<Got> {
+        if how == How::Path { self.measure(share, time) } else { self.solve(how, share, time) }
+    }
+
+    /// The methods that claim it.
+    pub fn methods(&self) -> impl Iterator<Item = How> {
+        How::ALL.into_iter().filter(|how| how.claims(&self.id))
+    }
+
     /// Measures all values by a method that solves the scene before it looks: eight times anew, with more and more work
     /// until the standard errors are `share` of the tolerances, or the next round would not end in time.
-    pub fn solve(&self, how: How, share: f64, time: Duration) -> Vec<Got> {
+    fn solve(&self, how: How, share: f64, time: Duration) -> Vec<Got> {
         parallel::set_threads(0);
         let start = Instant::now();
         let mut effort = 32;
@@ -195,7 +205,7 @@ impl Case {
     }
 
     /// Measures all values: each until its standard error is `share` of its tolerance, or the time is up.
-    pub fn measure(&self, share: f64, time: Duration) -> Vec<Got> {
+    fn measure(&self, share: f64, time: Duration) -> Vec<Got> {
         parallel::set_threads(0);
         let start = Instant::now();
         let scenes: Vec<(Arc<Scene>, Arc<dyn Estimate>)> = (self.scenes.par_iter())

@@ -222,7 +222,7 @@ impl Method for Radiosity {
         if *out_of_memory {
             notes.add("the elements that --mesh-error asks for need more than --solver-memory".to_string());
         }
-        if !(solved.residual <= 10.0 * prepare::RESIDUAL) {
+        if solved.residual.is_nan() || solved.residual > 10.0 * prepare::RESIDUAL {
             notes.add(
                 "the balance did not converge: surfaces absorb next to nothing, and light hardly ends".to_string(),
             );
