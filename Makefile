@@ -52,6 +52,12 @@ bench-rays:
 bench-render:
 	$(CARGO) bench --locked --bench render -- $(PART)
 
+# The ways to solve Eq. (1), error beside time: docs/methods.csv and docs/methods.svg; PART=room, cornell, caustic or local for one.
+bench-methods: all
+	$(CARGO) bench --locked --bench methods -- $(PART)
+	target/release/pplot --chart docs/methods.csv --x seconds --y error_percent --by method --log \
+		--title "Irradiance in a closed room" --labels "time, s,mean absolute error, %" docs/methods.svg
+
 # The meshes of scenes/mesh.toml, 211,722 triangles from formulas, into out/mesh.
 mesh:
 	@$(CARGO) run --locked --quiet --release --example mesh

@@ -395,6 +395,19 @@ mod tests {
         }
     }
 
+    /// A triangle that is a line has no elements, and its neighbours keep theirs.
+    #[test]
+    fn what_has_no_area_has_no_elements() {
+        let line = Primitive::Triangle([Vec3A::ZERO, Vec3A::X, Vec3A::X * 2.0]);
+        let square = Primitive::Parallelogram { corner: Vec3A::Z, u: Vec3A::X, v: Vec3A::Y };
+        let surface = Surface { material: 0, emitter: None };
+        let geometry = Geometry::build(vec![line, square], vec![surface; 2]).unwrap();
+        let mesh = Mesh::new(&geometry, |_| [3, 3]);
+        assert_eq!((mesh.len(), mesh.elements(0, true), mesh.elements(1, true)), (18, 0..0, 0..9));
+        let hit = geometry.closest(Vec3A::new(0.5, 0.5, 2.0), -Vec3A::Z).unwrap();
+        assert_eq!(mesh.met(&hit, true), Some(4));
+    }
+
     #[test]
     fn areas_are_those_of_closed_forms() {
         let patches = geometry().patches();
