@@ -56,7 +56,7 @@ bench-render:
 bench-methods: all
 	$(CARGO) bench --locked --bench methods -- $(PART)
 	target/release/pplot --chart docs/methods.csv --x seconds --y error_percent --by method --log \
-		--title "Irradiance in a closed room" --labels "time, s,mean absolute error, %" docs/methods.svg
+		--title "Irradiance in a closed room" --labels "seconds,mean absolute error in %" docs/methods.svg
 
 # The meshes of scenes/mesh.toml, 211,722 triangles from formulas, into out/mesh.
 mesh:
