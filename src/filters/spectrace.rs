@@ -134,7 +134,7 @@ pub struct Spectrace {
     #[arg(long, value_enum, value_name = "WHAT", default_value = "direct", help_heading = "Radiosity and photon map")]
     pub show: Shown,
     /// Memory that the solution and the work on it may take, MiB
-    #[arg(long, value_name = "MIB", default_value_t = 4096, help_heading = "Radiosity and photon map")]
+    #[arg(long, value_name = "MIB", default_value_t = 1024, help_heading = "Radiosity and photon map")]
     pub solver_memory: usize,
     /// Keep the solution in a file, or take it from there: other cameras, the same light
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Radiosity and photon map")]

@@ -36,6 +36,10 @@ const ROUGH: f64 = 64.0;
 const FEELERS: u32 = 16;
 /// Length of elements at first, in the scene's own scale: about a tenth of a room.
 const COARSE: f32 = 0.3;
+/// Beyond this it makes no fewer.
+const LONGEST: f32 = 1e4;
+/// Elements that a scene begins with, or four a side and surface where these are more.
+const MANY_AT_FIRST: usize = 8192;
 /// Most elements along a side at first, and at last.
 const MOST_AT_FIRST: u32 = 64;
 const MOST_ALONG: u32 = 1024;
@@ -86,10 +90,19 @@ struct Workshop<'a> {
 
 impl Workshop<'_> {
     fn solution(&mut self) -> Result<(Mesh, Stored, Account)> {
-        let mut mesh = Mesh::new(&self.scene.geometry, |p| match self.options.divide {
-            Some(n) => [n, n],
-            None => coarse(p),
-        });
+        let mut length = COARSE;
+        let mut mesh = loop {
+            let mesh = Mesh::new(&self.scene.geometry, |p| match self.options.divide {
+                Some(n) => [n, n],
+                None => coarse(p, length),
+            });
+            // Wide grounds and far hills begin with longer ones, as long as that makes fewer.
+            let few = mesh.len() <= MANY_AT_FIRST.max(8 * mesh.tiles().len());
+            if few || length > LONGEST || self.options.divide.is_some() {
+                break mesh;
+            }
+            length *= 2.0;
+        };
         self.afford(mesh.len(), 1)?;
         self.wake(&mut mesh);
         self.afford(mesh.len(), self.lights.len())?;
@@ -443,9 +456,9 @@ fn hit(patch: &Patch, square: [f32; 2]) -> Hit {
 }
 
 /// Elements that a surface is divided into at first.
-fn coarse(patch: &Patch) -> [u32; 2] {
-    let small = patch.area() < f64::from(0.1 * COARSE * COARSE);
-    let along = |side: f32| ((side / COARSE).ceil() as u32).min(MOST_AT_FIRST);
+fn coarse(patch: &Patch, length: f32) -> [u32; 2] {
+    let small = patch.area() < f64::from(0.1 * length * length);
+    let along = |side: f32| ((side / length).ceil() as u32).min(MOST_AT_FIRST);
     let [a, b] = patch.sides().map(along);
     match (patch.is_triangle(), patch.is_round()) {
         // Triangles are what meshes are made of.
