@@ -89,7 +89,7 @@ fn magic(kind: &str) -> String {
 }
 
 /// Writes a solution.
-pub fn write(path: &Path, kind: &str, fingerprint: Fingerprint, bytes: &[u8]) -> Result<()> {
+fn write(path: &Path, kind: &str, fingerprint: Fingerprint, bytes: &[u8]) -> Result<()> {
     let mut out = Output::create(Some(path), true)?;
     let head = format!("{}{:016x}\n", magic(kind), fingerprint.0);
     let write = |out: &mut Output| {
@@ -102,7 +102,7 @@ pub fn write(path: &Path, kind: &str, fingerprint: Fingerprint, bytes: &[u8]) ->
 }
 
 /// Reads the solution of a scene; `parse` makes sense of its bytes. `None` where the file is not there yet.
-pub fn read<T>(
+fn read<T>(
     path: &Path,
     kind: &str,
     fingerprint: Fingerprint,
@@ -128,6 +128,23 @@ pub fn read<T>(
         return Err(damaged());
     }
     parse(&mut Bytes(body)).map(Some).ok_or_else(damaged)
+}
+
+/// The solution that a file keeps, or else a new one, which is then kept there; whether it was there.
+pub fn kept<T>(
+    file: Option<(&Path, Fingerprint)>,
+    kind: &str,
+    parse: impl FnOnce(&mut Bytes) -> Option<T>,
+    solve: impl FnOnce() -> Result<T>,
+    bytes: impl FnOnce(&T) -> Vec<u8>,
+) -> Result<(T, bool)> {
+    let Some((path, fingerprint)) = file else { return Ok((solve()?, false)) };
+    if let Some(known) = read(path, kind, fingerprint, parse)? {
+        return Ok((known, true));
+    }
+    let new = solve()?;
+    write(path, kind, fingerprint, &bytes(&new))?;
+    Ok((new, false))
 }
 
 /// Bytes that are read from the front.

@@ -92,11 +92,6 @@ impl<'a> Lamps<'a> {
         Lamps { scene, sources, worth, centre, radius }
     }
 
-    /// Nothing shines.
-    pub fn is_empty(&self) -> bool {
-        self.sources.is_empty()
-    }
-
     /// Learns from photons which of them arrive.
     pub fn learn(&mut self, photons: u32, seed: u32, arrives: impl Fn(Start, &Sampler) -> bool + Sync) {
         for source in 0..self.sources.len() {

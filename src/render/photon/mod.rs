@@ -91,25 +91,16 @@ impl PhotonMap {
         let Options { photons, passes, seed, memory, .. } = *options;
         let asked = format!("{photons} {passes} {seed}");
         let known = options.solution.as_deref().map(|p| (p, Fingerprint::of(&scene, &asked, wavelengths)));
-        let kept = match known {
-            Some((path, fingerprint)) => {
-                solution::read(path, KIND, fingerprint, |b| parse(b, &scene, wavelengths.lanes()))?
-            }
-            None => None,
-        };
-        let from_file = kept.is_some();
-        let maps = match kept {
-            Some(maps) => maps,
-            None => {
+        let (maps, from_file) = solution::kept(
+            known,
+            KIND,
+            |b| parse(b, &scene, wavelengths.lanes()),
+            || {
                 let photons = (photons / passes).max(1);
-                let plan = Plan { scene: &scene, outline: &outline, wavelengths, photons, passes, seed, memory };
-                let maps = plan.trace()?;
-                if let Some((path, fingerprint)) = known {
-                    solution::write(path, KIND, fingerprint, &bytes(&maps))?;
-                }
-                maps
-            }
-        };
+                Plan { scene: &scene, outline: &outline, wavelengths, photons, passes, seed, memory }.trace()
+            },
+            bytes,
+        )?;
         let (disks, radii) = Default::default();
         Ok(PhotonMap { scene, options: options.clone(), maps, from_file, disks, radii })
     }
@@ -144,7 +135,7 @@ fn shrunk(pass: usize) -> f32 {
 /// What photons know of the surroundings of a place.
 struct Around<'a> {
     map: &'a PhotonMap,
-    /// And on its front.
+    /// The surface, and whether its front is asked.
     place: Option<(&'a Hit, bool)>,
     pass: usize,
     turn: f32,

@@ -58,9 +58,8 @@ pub fn parse(bytes: &mut Bytes, scene: &Scene, lanes: usize) -> Option<(Mesh, St
     let [error, residual, glossy] = [bytes.number()?, bytes.number()?, bytes.number()?];
     let steps = bytes.word()? as usize;
     let data = bytes.floats(2 * mesh.len() * count * lanes)?;
-    let sides = |i: &usize| mesh.is_awake(*i, true) || mesh.is_awake(*i, false);
     let account = Account {
-        surfaces: (0..mesh.tiles().len()).filter(sides).count(),
+        surfaces: mesh.surfaces(),
         error: Some(error).filter(|e| !e.is_nan()),
         solved: Solved { residual, steps },
         glossy,

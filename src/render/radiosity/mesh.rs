@@ -135,7 +135,8 @@ impl Mesh {
                 }
                 *first = self.count;
                 self.runs.push((self.count, i as u32, side == 0));
-                self.count += count;
+                // Beyond this no memory is granted.
+                self.count = self.count.saturating_add(count);
             }
         }
     }
@@ -143,6 +144,11 @@ impl Mesh {
     /// Elements in all.
     pub fn len(&self) -> usize {
         self.count as usize
+    }
+
+    /// Surfaces that have elements.
+    pub fn surfaces(&self) -> usize {
+        self.tiles.iter().filter(|t| t.first != [ASLEEP; 2]).count()
     }
 
     /// The surfaces.

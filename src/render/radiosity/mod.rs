@@ -145,7 +145,7 @@ impl Radiosity {
 /// What the solution knows of the surroundings of a place.
 struct Around<'a> {
     radiosity: &'a Radiosity,
-    /// And on its front.
+    /// The surface, and whether its front is asked.
     place: Option<(&'a Hit, bool)>,
 }
 

@@ -59,22 +59,13 @@ pub fn prepared(scene: Arc<Scene>, options: &Options, wavelengths: &dyn Waveleng
     parallel::ready();
     let mut workshop = Workshop { scene: &scene, options, wavelengths, lights: Vec::new() };
     let known = options.solution.as_deref().map(|p| (p, Fingerprint::of(&scene, &file::options(options), wavelengths)));
-    let kept = match known {
-        Some((path, fingerprint)) => {
-            solution::read(path, KIND, fingerprint, |b| file::parse(b, &scene, wavelengths.lanes()))?
-        }
-        None => None,
-    };
-    let (mesh, stored, account) = match kept {
-        Some(kept) => kept,
-        None => {
-            let (mesh, stored, account) = workshop.solution()?;
-            if let Some((path, fingerprint)) = known {
-                solution::write(path, KIND, fingerprint, &file::bytes(&mesh, &stored, &account))?;
-            }
-            (mesh, stored, account)
-        }
-    };
+    let ((mesh, stored, account), _) = solution::kept(
+        known,
+        KIND,
+        |b| file::parse(b, &scene, wavelengths.lanes()),
+        || workshop.solution(),
+        |(mesh, stored, account)| file::bytes(mesh, stored, account),
+    )?;
     let brightness = workshop.brightness(&mesh, &stored);
     Ok(Radiosity { scene: scene.clone(), show: options.show, mesh, stored, brightness, account })
 }
@@ -136,8 +127,7 @@ impl Workshop<'_> {
                 self.balance(&mesh, &reflectance, &mut stored, self.options.rays, RESIDUAL);
             break stored;
         };
-        let sides = |i: usize| [true, false].iter().any(|front| mesh.is_awake(i, *front));
-        account.surfaces = (0..mesh.tiles().len()).filter(|i| sides(*i)).count();
+        account.surfaces = mesh.surfaces();
         account.glossy = self.glossy(&mesh);
         Ok((mesh, stored, account))
     }
