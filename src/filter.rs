@@ -85,6 +85,26 @@ pub struct Run {
     pub notes: Notes,
     /// The filter's line for the history.
     pub history: Vec<u8>,
+    /// The end of that line: how it reads and writes.
+    ending: Vec<u8>,
+}
+
+impl Run {
+    /// The line that the filter would leave with these options instead.
+    pub fn history_of<F: Filter>(&self, own: &F) -> Vec<u8> {
+        line(F::NAME, &words(own, true), &self.ending)
+    }
+}
+
+/// A line of the history: control bytes as \xNN keep it one line.
+fn line(name: &str, words: &[String], ending: &[u8]) -> Vec<u8> {
+    let mut line = name.as_bytes().to_vec();
+    for word in words {
+        line.push(b' ');
+        line.extend(escape(&quote(word)));
+    }
+    line.extend(ending);
+    line
 }
 
 type Start = Box<dyn FnOnce(Option<Box<dyn Picture>>, &Run) -> Result<Product> + Send>;
@@ -106,6 +126,7 @@ pub struct Stage {
     positional: bool,
     signs: bool,
     history: Vec<u8>,
+    ending: Vec<u8>,
     words: Vec<String>,
     placed: Result<()>,
     start: Start,
@@ -157,21 +178,14 @@ impl Stage {
     ) -> Stage {
         let placed = read.check().and_then(|()| own.placed(&read, output.as_deref()));
         let reading = ReadOptions { input: None, ..read.clone() };
-        let list = |history| {
-            let mut list = words(&own, history);
-            if F::READS {
-                list.extend(words(&reading, history));
-            }
+        let around = |history| {
+            let mut list = if F::READS { words(&reading, history) } else { Vec::new() };
             list.extend(words(&format, history));
             list
         };
-        let mut history = F::NAME.as_bytes().to_vec();
-        for word in list(true) {
-            history.push(b' ');
-            history.extend(escape(&quote(&word)));
-        }
-        let mut words = list(false);
-        words.extend(crate::options::words(&run, false));
+        let ending = line("", &around(true), b"");
+        let history = line(F::NAME, &words(&own, true), &ending);
+        let words = [words(&own, false), around(false), words(&run, false)].concat();
         Stage {
             name: F::NAME,
             read,
@@ -182,6 +196,7 @@ impl Stage {
             positional: F::READS,
             signs: F::SIGNS,
             history,
+            ending,
             words,
             placed,
             start: Box::new(move |input, run| own.start(input, run)),
@@ -204,7 +219,7 @@ impl Stage {
     /// Begins the work on `input`, or on what the stage itself names.
     pub fn start(self, input: Option<Box<dyn Picture>>, notes: &Notes) -> Result<Product> {
         self.placed?;
-        let run = Run { options: self.run, notes: notes.clone(), history: self.history };
+        let run = Run { options: self.run, notes: notes.clone(), history: self.history, ending: self.ending };
         let input = match input {
             _ if !self.reads => None,
             Some(picture) => Some(Reheaded::passed_on(picture, &self.read)?),
@@ -246,7 +261,7 @@ pub fn finish(product: Product, output: Option<PathBuf>, format: Format, notes: 
     }
 }
 
-/// Control bytes as \xNN: a history line stays one line.
+/// Control bytes as \xNN.
 fn escape(text: &str) -> Vec<u8> {
     text.chars()
         .flat_map(|c| if c.is_control() { format!("\\x{:02x}", c as u32) } else { c.to_string() }.into_bytes())

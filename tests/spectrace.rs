@@ -125,12 +125,15 @@ fn time_is_kept_and_told() {
     let stage = Stage::new(&room(0.5, LAMP));
     let path = stage.path();
     let start = std::time::Instant::now();
-    let timed = run("spectrace", &[&path, "--time", "1.5"], b"");
+    let timed = run("spectrace", &[&path, "--split", "2", "--time", "1.5", "--format", "rgbe"], b"");
     let seconds = start.elapsed().as_secs_f64();
     assert!(timed.status.success() && seconds < 6.0, "{seconds} s");
     let note = String::from_utf8(timed.stderr).unwrap();
     let paths = note.split("--samples ").nth(1).unwrap().split(' ').next().unwrap().to_string();
-    assert_eq!(stdout_of("spectrace", &[&path, "--samples", &paths], b""), timed.stdout);
+    assert_eq!(
+        stdout_of("spectrace", &[&path, "--samples", &paths, "--format", "rgbe", "--split", "2"], b""),
+        timed.stdout
+    );
 }
 
 /// A sphere with a lamp of 1000 lm in its middle: 79.58 lx straight, and as much again from walls of a half.

@@ -422,6 +422,11 @@ impl Filter for Spectrace {
             checkpoint: self.checkpoint(&scene, path, run)?,
             notes: run.notes.clone(),
         };
-        render(scene, job, run.history.clone()).map(Product::Picture).map_err(|e| e.in_file(path))
+        // What gives the same bytes again: the number of paths in place of the time.
+        let history = |paths: Option<u32>| match paths {
+            Some(samples) => run.history_of(&Spectrace { samples, time: None, ..self.clone() }),
+            None => run.history.clone(),
+        };
+        render(scene, job, history).map(Product::Picture).map_err(|e| e.in_file(path))
     }
 }

@@ -96,8 +96,9 @@ impl Tally {
     }
 }
 
-/// Begins a render; rows are computed as they are read.
-pub fn render(scene: Scene, job: Job, mut history: Vec<u8>) -> Result<Box<dyn Picture>> {
+/// Begins a render; rows are computed as they are read. `history` is the line that it leaves, with the paths that the time
+/// allows where it was given one.
+pub fn render(scene: Scene, job: Job, history: impl Fn(Option<u32>) -> Vec<u8>) -> Result<Box<dyn Picture>> {
     let Some(camera) = &scene.camera else { return invalid!("the scene has no [camera]") };
     let (width, height) = (camera.width, camera.height);
     let spectrum = job.quantity.what == What::Spectrum;
@@ -120,15 +121,17 @@ pub fn render(scene: Scene, job: Job, mut history: Vec<u8>) -> Result<Box<dyn Pi
     }
     let estimate = estimator(Arc::new(scene), &job.quantity, &job.method)?;
     let effort = match job.effort {
-        Work::Each(effort) => effort,
+        Work::Each(effort) => {
+            header.lines.insert(0, history(None));
+            effort
+        }
         Work::Time(time) => {
             let paths = paths_within(&*estimate, time, (width, first, end));
             job.notes.add(format!("{paths} paths a pixel; --samples {paths} gives the same picture"));
-            history = in_paths(&history, paths);
+            header.lines.insert(0, history(Some(paths)));
             Effort::Paths(paths)
         }
     };
-    header.lines.insert(0, history);
     let target = if job.progress { ProgressDrawTarget::stderr_with_hz(4) } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some((end - first) as u64), target);
     if let Ok(style) = ProgressStyle::with_template("spectrace {wide_bar} row {pos} of {len}, {eta} left{msg}") {
@@ -136,17 +139,6 @@ pub fn render(scene: Scene, job: Job, mut history: Vec<u8>) -> Result<Box<dyn Pi
     }
     let (checkpoint, notes, tally) = (job.checkpoint, job.notes, Tally::default());
     Ok(Box::new(Rendering { header, width, row: first, end, first, estimate, effort, bar, checkpoint, notes, tally }))
-}
-
-/// The history line with the number of paths in place of the time: what gives the same bytes again.
-fn in_paths(history: &[u8], paths: u32) -> Vec<u8> {
-    let line = String::from_utf8_lossy(history);
-    let mut words: Vec<String> = line.split(' ').map(str::to_string).collect();
-    if let Some(i) = words.iter().position(|w| w == "--time") {
-        words[i] = "--samples".into();
-        words[i + 1] = paths.to_string();
-    }
-    words.join(" ").into_bytes()
 }
 
 /// Renders neighbours of a row.

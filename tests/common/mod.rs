@@ -61,7 +61,7 @@ pub fn pixels(mut picture: Box<dyn Picture>) -> Vec<f32> {
 /// Renders on all processors.
 pub fn rendered(scene: Scene, job: Job) -> Vec<f32> {
     parallel::set_threads(0);
-    pixels(render(scene, job, b"test".to_vec()).unwrap())
+    pixels(render(scene, job, |_| b"test".to_vec()).unwrap())
 }
 
 /// A float32 array in numpy's format, version 1.
