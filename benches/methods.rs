@@ -215,20 +215,19 @@ fn in_the_box() {
     let text = std::fs::read_to_string(folder.join("cornell.toml")).expect("scenes/cornell.toml");
     let mut subject = Subject::new(&text, &folder.display().to_string(), 16);
     subject.points = seen(&subject.scene, 64);
-    let truth = subject.measure(&by_path(), 8192, 77).lux;
+    let truth = subject.measure(&by_path(), 32768, 77).lux;
     println!("\ncornell: irradiance of {} points that the camera sees, 16 wavelengths", truth.len());
     let mut page = String::new();
     let mut reached = None;
     use radiosity::Show::{Direct, Gather};
     let tries = [
         (0.05, 128, Direct, 16),
-        (0.05, 512, Direct, 16),
-        (0.02, 128, Direct, 16),
+        (0.03, 512, Direct, 32),
         (0.02, 512, Direct, 32),
-        (0.01, 512, Direct, 64),
+        (0.02, 1024, Direct, 32),
+        (0.01, 1024, Direct, 64),
         (0.05, 128, Gather, 32),
         (0.05, 128, Gather, 128),
-        (0.05, 512, Gather, 128),
     ];
     for (tolerance, rays, show, paths) in tries {
         let got = subject.measure(&by_radiosity(None, tolerance, rays, show), paths, 1);

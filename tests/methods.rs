@@ -196,30 +196,40 @@ fn photons_know_edges_and_corners() {
     }
 }
 
-/// A partition that stands on the floor, and cuts through elements; nothing but leaks lights what is behind it.
+/// A partition that stands on the floor, and cuts through elements: where it is dark behind it, it stays dark; where a dim lamp
+/// shines behind it, what the elements under it have of the other side leaks as far as they reach.
 #[test]
 fn a_partition_leaks_no_further_than_its_elements() {
     let size = [4.0, 2.0, 2.0];
+    let lamp = |x: f64, light: &str| {
+        quad([[x, 0.5, 1.9], [x, 1.5, 1.9], [x + 0.7, 1.5, 1.9], [x + 0.7, 0.5, 1.9]], "wall", light)
+    };
     let dark = closed(size, [0.5, 0.5, 0.5]).replace("light = \"l\"", "")
         + &quad([[1.37, 0.0, 0.0], [1.37, 2.0, 0.0], [1.37, 2.0, 2.0], [1.37, 0.0, 2.0]], "wall", "")
-        + &quad([[0.3, 0.5, 1.9], [0.3, 1.5, 1.9], [1.0, 1.5, 1.9], [1.0, 0.5, 1.9]], "wall", "light = \"l\"");
-    let stage = Stage::new(&dark);
+        + &lamp(0.3, "light = \"l\"");
+    let dim = format!("{dark}[lights.m]\nspectrum = \"E\"\nluminance = 1\n{}", lamp(2.6, "light = \"m\""));
     let bright = "0.7 1 0 0 0 1\n";
     let behind = "1.40 1 0 0 0 1\n1.5 1 0 0 0 1\n2.5 1 0 0 0 1\n4 1 1 -1 0 0\n1.37 1 1 1 0 0\n";
-    let photon = stage.lux(
-        &["--method", "photon", "--photons", "200000", "--samples", "8", "--bands", "4"],
-        &(bright.to_string() + behind),
-    );
-    assert!(photon[0] > 5.0 && photon[1..].iter().all(|lux| *lux == 0.0), "{photon:?}");
-    let leak = |divide: &str, points: &str| {
-        let options = ["--method", "radiosity", "--show", "mesh", "--divide", divide, "--bands", "4", "--samples", "1"];
-        stage.lux(&options, &(bright.to_string() + points))
+    let lux = |scene: &str, options: &[&str], points: &str| {
+        let points = bright.to_string() + points;
+        Stage::new(scene).lux(&[options, &["--bands", "4"]].concat(), &points)
     };
+    let radiosity = ["--method", "radiosity", "--show", "mesh", "--samples", "1", "--divide"];
+    for options in
+        [&["--method", "photon", "--photons", "200000", "--samples", "8"][..], &[&radiosity[..], &["5"]].concat()]
+    {
+        let got = lux(&dark, options, behind);
+        assert!(got[0] > 5.0 && got[1..].iter().all(|lux| *lux == 0.0), "{options:?}: {got:?}");
+    }
     let far = "2.5 1 0 0 0 1\n4 1 1 -1 0 0\n";
-    let (coarse, fine) = (leak("4", far), leak("48", far));
-    assert!(coarse[1] > 0.0, "elements of a metre reach through: {coarse:?}");
-    for i in 1..3 {
-        assert!(fine[i] < 0.2 * coarse[i] && fine[i] < 0.02 * fine[0], "{fine:?} {coarse:?}");
+    let truth = lux(&dim, &["--samples", "16384"], far);
+    let leak = |divide: &str| {
+        let got = lux(&dim, &[&radiosity[..], &[divide]].concat(), far);
+        [1, 2].map(|i| got[i] / truth[i] - 1.0)
+    };
+    let (coarse, fine) = (leak("4"), leak("48"));
+    for i in 0..2 {
+        assert!(coarse[i] > 0.2 && fine[i] < 0.2 * coarse[i], "{fine:?} {coarse:?}");
     }
 }
 

@@ -36,7 +36,7 @@ pub fn bytes(mesh: &Mesh, stored: &Stored, account: &Account) -> Vec<u8> {
 
 /// And back; `None` where they make no sense.
 pub fn parse(bytes: &mut Bytes, scene: &Scene, lanes: usize) -> Option<(Mesh, Stored, Account)> {
-    let mut mesh = Mesh::new(&scene.geometry, |_| [1, 1]);
+    let mut mesh = Mesh::new(&scene.geometry);
     if bytes.word()? as usize != mesh.tiles().len() {
         return None;
     }

@@ -106,8 +106,8 @@ impl Element<'_> {
 }
 
 impl Mesh {
-    /// Surfaces with as many cells along their sides as `cells` says, all sides awake.
-    pub fn new(geometry: &Geometry, cells: impl Fn(&Patch) -> [u32; 2]) -> Mesh {
+    /// An element each side of each surface, all sides awake.
+    pub fn new(geometry: &Geometry) -> Mesh {
         let mut bases = Vec::new();
         let mut tiles: Vec<Tile> = Vec::new();
         for patch in geometry.patches() {
@@ -115,12 +115,19 @@ impl Mesh {
                 bases.resize(p as usize + 1, tiles.len() as u32);
             }
             let area = patch.area();
-            let cells = if area > 0.0 { cells(&patch) } else { [0, 0] };
-            tiles.push(Tile { patch, cells, area, first: [0, 0] });
+            tiles.push(Tile { patch, cells: [u32::from(area > 0.0); 2], area, first: [0, 0] });
         }
         let mut mesh = Mesh { tiles, bases, runs: Vec::new(), count: 0 };
         mesh.number();
         mesh
+    }
+
+    /// Gives all surfaces grids of as many cells along their sides as `cells` says.
+    pub fn grid(&mut self, cells: impl Fn(&Tile) -> [u32; 2]) {
+        for tile in self.tiles.iter_mut().filter(|t| t.area > 0.0) {
+            tile.cells = cells(tile);
+        }
+        self.number();
     }
 
     /// Numbers the elements of all sides that are awake anew.
@@ -229,7 +236,7 @@ impl Mesh {
 
 impl Tile {
     /// Mean error of what is linear between these cells' values, relative to them or to `dark`, whichever is more: an eighth of
-    /// the second differences along both sides.
+    /// the second differences along both sides, the noise of values among them.
     pub fn error(&self, values: &[f32], dark: f32) -> f64 {
         let [n, m] = self.cells;
         let value = |i: i64, j: i64| -> Option<f32> {
@@ -339,6 +346,12 @@ mod tests {
     use super::*;
     use crate::scene::geometry::{Primitive, Surface};
 
+    fn mesh(geometry: &Geometry, cells: impl Fn(&Tile) -> [u32; 2]) -> Mesh {
+        let mut mesh = Mesh::new(geometry);
+        mesh.grid(cells);
+        mesh
+    }
+
     fn geometry() -> Geometry {
         let shapes = vec![
             Primitive::Parallelogram { corner: Vec3A::ZERO, u: Vec3A::X * 2.0, v: Vec3A::Y },
@@ -361,7 +374,7 @@ mod tests {
     #[test]
     fn what_is_aimed_at_is_met() {
         let geometry = geometry();
-        let mesh = Mesh::new(&geometry, |p| if p.is_triangle() { [5, 5] } else { [4, 3] });
+        let mesh = mesh(&geometry, |t| if t.patch.is_triangle() { [5, 5] } else { [4, 3] });
         assert_eq!(mesh.len(), 2 * (4 * 12 + 15));
         for number in 0..mesh.len() as u32 {
             let (tile, element) = mesh.element(number);
@@ -382,7 +395,7 @@ mod tests {
     #[test]
     fn linear_stays_linear() {
         let geometry = geometry();
-        let mesh = Mesh::new(&geometry, |_| [4, 4]);
+        let mesh = mesh(&geometry, |_| [4, 4]);
         for tile in 0..2 {
             let value = |[s, t]: [f32; 2]| 10.0 + s - 2.0 * t;
             let mut cells = vec![0.0; mesh.len()];
@@ -408,7 +421,7 @@ mod tests {
         let square = Primitive::Parallelogram { corner: Vec3A::Z, u: Vec3A::X, v: Vec3A::Y };
         let surface = Surface { material: 0, emitter: None };
         let geometry = Geometry::build(vec![line, square], vec![surface; 2]).unwrap();
-        let mesh = Mesh::new(&geometry, |_| [3, 3]);
+        let mesh = mesh(&geometry, |_| [3, 3]);
         assert_eq!((mesh.len(), mesh.elements(0, true), mesh.elements(1, true)), (18, 0..0, 0..9));
         let hit = geometry.closest(Vec3A::new(0.5, 0.5, 2.0), -Vec3A::Z).unwrap();
         assert_eq!(mesh.met(&hit, true), Some(4));

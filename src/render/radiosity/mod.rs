@@ -13,7 +13,10 @@
 //! and nothing goes through. What the eye sees in them is followed. Light leaks through a wall that cuts through an element, as
 //! far as the element reaches.
 
+mod cover;
+mod divide;
 mod file;
+mod matter;
 mod mesh;
 mod prepare;
 mod rows;
@@ -35,8 +38,9 @@ use crate::render::stored::Stored;
 use crate::render::trail::Trail;
 use crate::render::view::{self, Seen};
 use crate::render::wavelengths::Wavelengths;
-use crate::scene::{Hit, Scene};
+use crate::scene::{Hit, Scene, ray};
 
+use cover::{Cover, Ground};
 use mesh::Mesh;
 pub use rows::MOST_RAYS;
 use solve::Solved;
@@ -79,6 +83,7 @@ pub struct Radiosity {
     scene: Arc<Scene>,
     show: Show,
     mesh: Mesh,
+    cover: Cover,
     /// Rows for each element and light: all light, then once more only that from other surfaces.
     stored: Stored,
     /// Luminance of elements, of all light and of that from other surfaces.
@@ -97,6 +102,8 @@ pub struct Account {
     pub out_of_memory: bool,
     /// Of the system of equations.
     pub solved: Solved,
+    /// Rays from each element.
+    pub rays: u32,
     /// Rows of form factors that were kept, of all.
     pub rows_kept: [usize; 2],
     /// Bytes at most.
@@ -115,6 +122,9 @@ impl Radiosity {
 
     /// Notes what the elements around a place have, of all light or of that from other surfaces only.
     fn take(&self, hit: &Hit, front: bool, all: bool, weight: f32, trail: &mut Trail) {
+        if !self.is_open(hit, front) {
+            return;
+        }
         let (shares, count) = self.mesh.around(hit, front, &self.brightness[usize::from(!all)]);
         let lights = self.stored.lights.len() as u32;
         let first = if all { 0 } else { self.mesh.len() as u32 };
@@ -123,6 +133,14 @@ impl Radiosity {
                 trail.stored((first + element) * lights + light, share * weight);
             }
         }
+    }
+
+    /// Light reaches the place, as far as walls that stand on its element tell.
+    fn is_open(&self, hit: &Hit, front: bool) -> bool {
+        let ground = Ground { geometry: &self.scene.geometry, mesh: &self.mesh, cover: &self.cover };
+        let Some(number) = self.mesh.met(hit, front).filter(|n| self.cover.is_walled(*n)) else { return true };
+        let normal = if front { hit.normal } else { -hit.normal };
+        ground.is_open(number, ray::offset(hit.point, normal, hit.reach), normal)
     }
 
     fn shade<'a>(&'a self, around: &'a Around<'a>) -> Shade<'a> {
@@ -201,7 +219,7 @@ impl Method for Radiosity {
     }
 
     fn report(&self, notes: &Notes) {
-        let Account { surfaces, error, out_of_memory, solved, rows_kept: [kept, rows], bytes, glossy, from_file } =
+        let Account { surfaces, error, out_of_memory, solved, rays, rows_kept: [kept, rows], bytes, glossy, from_file } =
             &self.account;
         let error = error.map_or(String::new(), |e| format!(", {:.2} % of mean error between them", 100.0 * e));
         let how = if *from_file {
@@ -212,7 +230,7 @@ impl Method for Radiosity {
             } else {
                 String::new()
             };
-            format!("{} steps, {:.0} MiB{again}", solved.steps, *bytes as f64 / f64::from(1 << 20))
+            format!("{rays} rays each, {} steps, {:.0} MiB{again}", solved.steps, *bytes as f64 / f64::from(1 << 20))
         };
         notes.add(format!(
             "radiosity: {} elements on {surfaces} surfaces{error}; residual {:.1e}; {how}",

@@ -1,22 +1,28 @@
 //! Form factors by casting rays: the share of the directions of an element, by cosine and area, in which it sees each other one
 //! [Maxwell 1986].
 //!
-//! A row holds the elements that its rays meet, and how many. As many rows are kept as memory allows; those of the other elements
-//! are traced again each time, by the same rays.
+//! A row holds the elements that its rays meet, and how many. Where memory has no room for all rows they are of fewer rays; where
+//! it has room for hardly any, those of the other elements are traced again each time, by the same rays.
 
-use glam::Vec3A;
 use rayon::prelude::*;
 
 use crate::render::lanes::GROUP;
-use crate::render::radiosity::mesh::{Element, Mesh};
+use crate::render::radiosity::cover::Ground;
 use crate::render::sampler::Sampler;
-use crate::scene::{Geometry, ray};
+use crate::scene::ray;
 use crate::simd;
 
 /// Elements whose rows are traced together.
 const TOGETHER: usize = 64;
 /// Most rays of an element: counts have 16 bits.
 pub const MOST_RAYS: u32 = 65_535;
+
+/// Bytes of a row for each of its rays, at most.
+pub const BYTES_A_RAY: usize = size_of::<Entry>();
+/// Rather than by fewer rays rows are traced again.
+const FEWEST: u32 = 64;
+/// Fewer rays meet elements more than once less often.
+const SLACK: f64 = 0.9;
 
 /// An element that was met, and the rays that met it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,8 +48,7 @@ impl Run {
 
 /// The rows of a mesh.
 pub struct Rows<'a> {
-    geometry: &'a Geometry,
-    mesh: &'a Mesh,
+    ground: Ground<'a>,
     rays: u32,
     seed: u32,
     /// Runs of rows; those beyond are not kept.
@@ -51,30 +56,49 @@ pub struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Traces `rays` from each element; keeps the rows that `most_bytes` have room for.
-    pub fn trace(geometry: &'a Geometry, mesh: &'a Mesh, rays: u32, seed: u32, most_bytes: usize) -> Rows<'a> {
-        let mut rows = Rows { geometry, mesh, rays: rays.min(MOST_RAYS), seed, kept: Vec::new() };
-        let runs = mesh.len().div_ceil(TOGETHER);
-        let mut bytes = 0;
-        // Some at a time, so that what is thrown away in the end is little.
-        const AT_A_TIME: usize = 256;
-        for first in (0..runs).step_by(AT_A_TIME) {
-            let some: Vec<_> =
-                (first..(first + AT_A_TIME).min(runs)).into_par_iter().map(|run| rows.run(run)).collect();
-            for run in some {
-                bytes += run.bytes();
-                if bytes > most_bytes {
-                    return rows;
-                }
-                rows.kept.push(run);
+    /// Traces `rays` from each element; where `most_bytes` have no room for their rows, fewer, and where that would be hardly
+    /// any it keeps the rows that there is room for.
+    pub fn trace(ground: Ground<'a>, rays: u32, seed: u32, most_bytes: usize) -> Rows<'a> {
+        let mut rows = Rows { ground, rays: rays.min(MOST_RAYS), seed, kept: Vec::new() };
+        while let Err(share) = rows.keep(most_bytes) {
+            let fewer = (f64::from(rows.rays) * SLACK * share) as u32;
+            if fewer < FEWEST {
+                break;
             }
+            rows.rays = fewer;
         }
         rows
     }
 
+    /// Traces rows as long as there is room; otherwise the share of all that there was room for.
+    fn keep(&mut self, most_bytes: usize) -> std::result::Result<(), f64> {
+        // Some at a time, so that what is thrown away in the end is little.
+        const AT_A_TIME: usize = 256;
+        self.kept.clear();
+        let runs = self.ground.mesh.len().div_ceil(TOGETHER);
+        let mut bytes = 0;
+        for first in (0..runs).step_by(AT_A_TIME) {
+            let some: Vec<_> =
+                (first..(first + AT_A_TIME).min(runs)).into_par_iter().map(|run| self.run(run)).collect();
+            for run in some {
+                bytes += run.bytes();
+                if bytes > most_bytes {
+                    return Err(self.kept.len() as f64 / runs as f64);
+                }
+                self.kept.push(run);
+            }
+        }
+        Ok(())
+    }
+
+    /// Rays from each element.
+    pub fn rays(&self) -> u32 {
+        self.rays
+    }
+
     /// Rows that are kept.
     pub fn kept(&self) -> usize {
-        (self.kept.len() * TOGETHER).min(self.mesh.len())
+        (self.kept.len() * TOGETHER).min(self.ground.mesh.len())
     }
 
     /// Of all rows.
@@ -84,7 +108,7 @@ impl<'a> Rows<'a> {
 
     fn run(&self, run: usize) -> Run {
         let (mut found, mut met) = (Run::default(), Vec::new());
-        for element in run * TOGETHER..((run + 1) * TOGETHER).min(self.mesh.len()) {
+        for element in run * TOGETHER..((run + 1) * TOGETHER).min(self.ground.mesh.len()) {
             let rays = self.row(element as u32, &mut met, &mut found.entries);
             found.ends.push((found.entries.len() as u32, rays));
         }
@@ -95,7 +119,7 @@ impl<'a> Rows<'a> {
     /// Adds the row of one element; returns how many rays it is of.
     fn row(&self, element: u32, met: &mut Vec<u32>, entries: &mut Vec<Entry>) -> u32 {
         met.clear();
-        let rays = look_around(self.geometry, self.mesh, element, self.rays, self.seed, |e| met.push(e));
+        let rays = look_around(self.ground, element, self.rays, self.seed, |e| met.push(e));
         met.sort_unstable();
         for same in met.chunk_by(|a, b| a == b) {
             entries.push(Entry { element: same[0], count: same.len() as u16 });
@@ -144,59 +168,23 @@ fn sum_up(entries: &[Entry], from: &[f32], sums: &mut [f32], scale: f32) {
 
 /// The elements that rays from all over an element meet; returns how many rays there were. None start where the element is
 /// covered.
-pub fn look_around(
-    geometry: &Geometry,
-    mesh: &Mesh,
-    element: u32,
-    rays: u32,
-    seed: u32,
-    mut meet: impl FnMut(u32),
-) -> u32 {
-    let (_, from) = mesh.element(element);
-    let (reach, size) = (from.tile.patch.reach(), from.size());
-    let open = !may_be_covered(geometry, &from, element);
+fn look_around(ground: Ground, number: u32, rays: u32, seed: u32, mut meet: impl FnMut(u32)) -> u32 {
+    let (_, element) = ground.mesh.element(number);
+    let reach = element.tile.patch.reach();
     let mut started = 0;
     for i in 0..rays {
-        let sampler = Sampler::new(element, 0x51ed_270b, i, seed);
-        let (point, normal) = from.place(sampler.pair(0));
+        let sampler = Sampler::new(number, 0x51ed_270b, i, seed);
+        let (point, normal) = element.place(sampler.pair(0));
         let origin = ray::offset(point, normal, reach);
-        if !open && is_covered(geometry, origin, normal, size) {
+        if !ground.is_open(number, origin, normal) {
             continue;
         }
         started += 1;
         let direction = ray::cosine_direction(normal, sampler.pair(1));
-        let Some(hit) = geometry.closest(origin, direction) else { continue };
-        if let Some(met) = mesh.met(&hit, hit.normal.dot(direction) < 0.0) {
+        let Some(hit) = ground.geometry.closest(origin, direction) else { continue };
+        if let Some(met) = ground.mesh.met(&hit, hit.normal.dot(direction) < 0.0) {
             meet(met);
         }
     }
     started
-}
-
-/// Places on an element at which it is seen whether anything covers it.
-const FEELERS: u32 = 16;
-
-/// Some of an element is covered, as far as a few places tell.
-pub fn may_be_covered(geometry: &Geometry, element: &Element, number: u32) -> bool {
-    covered(geometry, element, number).any(|c| c)
-}
-
-/// Nothing of an element is open, as far as a few places tell.
-pub fn is_all_covered(geometry: &Geometry, element: &Element, number: u32) -> bool {
-    covered(geometry, element, number).all(|c| c)
-}
-
-fn covered(geometry: &Geometry, element: &Element, number: u32) -> impl Iterator<Item = bool> {
-    let (reach, size) = (element.tile.patch.reach(), element.size());
-    (0..FEELERS).map(move |i| {
-        let (point, normal) = element.place(Sampler::new(number, 0x0165_667b, i, 0).pair(0));
-        is_covered(geometry, ray::offset(point, normal, reach), normal, size)
-    })
-}
-
-/// Something lies on a place of an element, or next to nothing above it, as a box on the floor: from there no light goes
-/// anywhere, and what the rest of the element shows would be the darker for it.
-pub fn is_covered(geometry: &Geometry, place: Vec3A, normal: Vec3A, size: f32) -> bool {
-    const NEXT_TO_NOTHING: f32 = 0.02;
-    !geometry.visible(place, place + normal * (NEXT_TO_NOTHING * size))
 }
