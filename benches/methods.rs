@@ -223,7 +223,8 @@ fn in_the_box() {
     let tries = [
         (0.05, 128, Direct, 16),
         (0.03, 512, Direct, 32),
-        (0.02, 512, Direct, 32),
+        (0.02, 768, Direct, 32),
+        (0.02, 640, Direct, 32),
         (0.02, 1024, Direct, 32),
         (0.01, 1024, Direct, 64),
         (0.05, 128, Gather, 32),

@@ -77,7 +77,7 @@ pub enum Product {
 pub type Writer = Box<dyn FnOnce(&mut Output) -> Result<()> + Send>;
 
 /// What surrounds the work.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Run {
     /// How to run.
     pub options: RunOptions,

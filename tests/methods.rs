@@ -233,6 +233,65 @@ fn a_partition_leaks_no_further_than_its_elements() {
     }
 }
 
+/// A box without a bottom that stands on the floor lights the room as one with a bottom: its dark inside does not count.
+#[test]
+fn the_inside_of_a_box_does_not_count() {
+    let room = closed([4.0, 4.0, 3.0], [0.5, 0.5, 0.7]);
+    let corners = [[1.3, 1.1], [2.4, 1.1], [2.4, 2.6], [1.3, 2.6]];
+    let side = |i: usize| {
+        let ([ax, ay], [bx, by]) = (corners[i], corners[(i + 1) % 4]);
+        quad([[ax, ay, 0.0], [bx, by, 0.0], [bx, by, 1.2], [ax, ay, 1.2]], "wall", "")
+    };
+    let level = |z: f64| quad(corners.map(|[x, y]| [x, y, z]), "wall", "");
+    let open = room + &(0..4).map(side).collect::<String>() + &level(1.2);
+    let shut = open.clone() + &level(0.0005);
+    let points = "1.1 2 0 0 0 1\n2.5 2.7 0 0 0 1\n4 2 0.5 -1 0 0\n2 2 3 0 0 -1\n1.3 2 0.3 -1 0 0\n3.5 0.5 0 0 0 1\n";
+    let lux = |scene: &str| {
+        let options =
+            ["--method", "radiosity", "--show", "mesh", "--divide", "9", "--element-rays", "4096", "--bands", "4"];
+        Stage::new(scene).lux(&options, points)
+    };
+    for (open, shut) in lux(&open).iter().zip(lux(&shut)) {
+        assert!((open / shut - 1.0).abs() < 0.005, "{open} for {shut}");
+    }
+}
+
+/// A wall of a millimetre between a bright room and a dim one, looked at from both sides up to a centimetre from it.
+#[test]
+fn thin_walls_keep_rooms_apart() {
+    let lamp = |x: f64, light: &str| {
+        quad([[x, 0.5, 1.9], [x, 1.5, 1.9], [x + 0.7, 1.5, 1.9], [x + 0.7, 0.5, 1.9]], "wall", light)
+    };
+    let wall = |x: f64| quad([[x, 0.0, 0.0], [x, 2.0, 0.0], [x, 2.0, 2.0], [x, 0.0, 2.0]], "wall", "");
+    let rooms = closed([4.0, 2.0, 2.0], [0.5; 3]).replace("light = \"l\"", "");
+    let dim = "[lights.m]\nspectrum = \"E\"\nluminance = 3\n";
+    let lamps = lamp(0.3, "light = \"l\"") + dim + &lamp(2.9, "light = \"m\"");
+    let points = "1 1 0 0 0 1\n1.99 1 0 0 0 1\n2 1 1 -1 0 0\n2.001 1 1 1 0 0\n2.01 1 0 0 0 1\n3 1 0 0 0 1\n";
+    like_paths(&(rooms + &wall(2.0) + &wall(2.001) + &lamps), points, 0.05);
+}
+
+/// A lamp that stands out from a wall like a shelf: next to where it touches, away from it, and in what it shades.
+#[test]
+fn a_lamp_touches_a_wall() {
+    let room = closed([4.0, 4.0, 3.0], [0.5, 0.2, 0.7]).replace("light = \"l\"", "");
+    let shelf = quad([[0.0, 1.0, 1.5], [0.0, 3.0, 1.5], [0.5, 3.0, 1.5], [0.5, 1.0, 1.5]], "wall", "light = \"l\"");
+    let points = "0 2 1.45 1 0 0\n0 2 1.3 1 0 0\n0 2 1.7 1 0 0\n0.1 2 0 0 0 1\n2 2 0 0 0 1\n2 2 3 0 0 -1\n";
+    like_paths(&(room + &shelf), points, 0.06);
+}
+
+/// Radiosity and photons give what paths give.
+fn like_paths(scene: &str, points: &str, tolerance: f64) {
+    let stage = Stage::new(scene);
+    let lux = |options: &[&str]| stage.lux(&[options, &["--bands", "4"]].concat(), points);
+    let truth = lux(&["--samples", "16384"]);
+    for options in [&["radiosity", "--samples", "64"][..], &["photon", "--photons", "400000", "--samples", "16"]] {
+        let got = lux(&[&["--method"], options].concat());
+        for (got, truth) in got.iter().zip(&truth) {
+            assert!((got / truth - 1.0).abs() < tolerance, "{options:?}: {got} for {truth}");
+        }
+    }
+}
+
 /// A lamp seen through a glass sphere: photons bring what paths bring, where radiosity has nothing.
 #[test]
 fn caustics_are_those_of_paths() {

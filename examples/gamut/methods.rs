@@ -5,8 +5,6 @@ use luxpipe::color::Primaries;
 use luxpipe::display::Display;
 use luxpipe::filter::{self, Filter, Product, Run};
 use luxpipe::filters::Xyz2rgb;
-use luxpipe::notes::Notes;
-use luxpipe::options::RunOptions;
 use luxpipe::stream::{Block, Picture, Units};
 
 use super::sets::Strip;
@@ -47,7 +45,7 @@ pub fn shown(options: &str, primaries: Primaries, colours: &[[f64; 3]]) -> Vec<[
 
 /// A picture through a filter.
 pub fn through<F: Filter>(filter: F, picture: Box<dyn Picture>) -> Box<dyn Picture> {
-    let run = Run { options: RunOptions::default(), notes: Notes::default(), history: Vec::new() };
+    let run = Run::default();
     match filter.start(Some(picture), &run) {
         Ok(Product::Picture(picture)) => picture,
         Ok(_) => panic!("{} made no picture", F::NAME),

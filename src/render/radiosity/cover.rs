@@ -256,11 +256,15 @@ pub struct Ground<'a> {
     pub cover: &'a Cover,
 }
 
-impl Ground<'_> {
-    /// A place just off an element is open.
-    pub fn is_open(&self, number: u32, place: Vec3A, normal: Vec3A) -> bool {
-        let Some(Partly { open, walled }) = self.cover.some.get(&number) else { return true };
-        let above = place + NEXT_TO_NOTHING * self.mesh.element(number).1.size() * normal;
-        self.geometry.visible(place, above) && (!walled || open.iter().any(|o| self.geometry.visible(above, *o)))
+impl<'a> Ground<'a> {
+    /// Says of places just off an element, with the normal of its side, whether they are open.
+    pub fn opening(self, number: u32) -> impl Fn(Vec3A, Vec3A) -> bool + 'a {
+        let partly = self.cover.some.get(&number).map(|p| (p, NEXT_TO_NOTHING * self.mesh.element(number).1.size()));
+        move |place, normal| {
+            let Some((Partly { open, walled }, up)) = partly else { return true };
+            let above = place + up * normal;
+            let visible = |to| self.geometry.visible(above, to);
+            self.geometry.visible(place, above) && (!walled || open.iter().any(|o| visible(*o)))
+        }
     }
 }

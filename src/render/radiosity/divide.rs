@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use crate::render::radiosity::cover::Cover;
 use crate::render::radiosity::mesh::{Mesh, Tile};
 use crate::render::radiosity::prepare::Workshop;
 use crate::render::radiosity::{Account, Show};
@@ -22,8 +21,6 @@ const MOST_ALONG: u32 = 1024;
 const MOST_LEVELS: usize = 8;
 /// Dividing has to leave less than this of an error to be worth while: of what is smooth it leaves a quarter.
 const WORTH: f64 = 0.75;
-/// And this of all.
-const BETTER: f64 = 0.95;
 /// Darker places than this share of the mean need not be known better than it.
 const DARK: f32 = 0.05;
 
@@ -37,6 +34,10 @@ struct Judged {
     error: f64,
     /// Part of the mean error of all sides, by area and light: the inside of a box does not count as its outside does.
     part: f64,
+}
+
+fn mean(judged: &[Judged]) -> f64 {
+    judged.iter().map(|j| j.part).sum()
 }
 
 /// Elements that a scene begins with, `divide` along both sides of each surface or so many that a room has about ten along its.
@@ -54,32 +55,37 @@ pub fn at_first(mesh: &mut Mesh, divide: Option<u32>) {
 }
 
 impl Workshop<'_> {
-    /// Divides surfaces until the tolerance is met, no more is gained or memory ends; returns what of the elements is open.
-    pub fn divide(&self, mesh: &mut Mesh, account: &mut Account) -> Cover {
+    /// Divides surfaces until the tolerance is met, no more is gained or memory ends.
+    pub fn divide(&self, mesh: &mut Mesh, account: &mut Account) {
         let tolerance = self.options.tolerance;
         let rays = (ROUGH * (0.02 / tolerance).powi(2)).max(ROUGH).min(f64::from(self.options.rays));
         let mut before: HashMap<Side, f64> = HashMap::new();
+        let mut gained = None;
         for _ in 0..MOST_LEVELS {
             let cover = self.cover(mesh);
             let judged = self.judge(mesh, self.trial(mesh, &cover, rays as u32));
-            let error = judged.iter().map(|j| j.part).sum();
-            // What finer elements do not mend is the noise of these few rays.
-            let better = account.error.is_none_or(|before| error < BETTER * before);
-            account.error = Some(error);
-            if error <= tolerance || !better {
-                return cover;
+            let error = mean(&judged);
+            let gain: f64 = gained.map_or(0.0, |before| error / before);
+            if error <= tolerance || gain > 1.0 {
+                return;
             }
+            gained = Some(error);
             let worth = |j: &&Judged| j.error > tolerance && before.get(&j.side).is_none_or(|b| j.error < WORTH * b);
             let mut again: Vec<usize> = judged.iter().filter(worth).map(|j| j.side.0).collect();
             again.dedup();
             before.extend(judged.iter().map(|j| (j.side, j.error)));
             let (fits, finer) = self.divided(mesh, &again);
             account.out_of_memory |= !fits;
-            if !finer {
-                return cover;
+            // What finer elements do not mend is the noise of these few rays: once more, and no further.
+            if !finer || gain > WORTH {
+                return;
             }
         }
-        self.cover(mesh)
+    }
+
+    /// Mean error of what is linear between elements, of all sides.
+    pub fn error(&self, mesh: &Mesh, brightness: [Vec<f32>; 2]) -> f64 {
+        mean(&self.judge(mesh, brightness))
     }
 
     /// How far what is linear between elements errs on each side.

@@ -284,7 +284,7 @@ impl Tile {
         count
     }
 
-    /// The plane over three cells of a triangle.
+    /// Four cells of a triangle, along its long side the plane over three.
     fn blend_triangle(&self, [s, t]: [f32; 2], beyond: f32, out: &mut [Share; 4]) -> usize {
         let n = self.cells[0];
         if n == 1 {
@@ -299,6 +299,16 @@ impl Tile {
         }
         let bound = |x: f32| x.clamp(-beyond, 1.0 + beyond);
         let (a, b) = (bound(x - i as f32), bound(y - j as f32));
+        if i + j + 2 < n {
+            let cells = [
+                (i, j, (1.0 - a) * (1.0 - b)),
+                (i + 1, j, a * (1.0 - b)),
+                (i, j + 1, (1.0 - a) * b),
+                (i + 1, j + 1, a * b),
+            ];
+            *out = cells.map(|(i, j, share)| (self.number(i, j), share));
+            return 4;
+        }
         // A triangle's own cells are whole at its corner only.
         let (a, b) = if beyond == 0.0 && a + b > 1.0 { (a / (a + b), b / (a + b)) } else { (a, b) };
         out[0] = (self.number(i, j), 1.0 - a - b);

@@ -140,7 +140,7 @@ impl Radiosity {
         let ground = Ground { geometry: &self.scene.geometry, mesh: &self.mesh, cover: &self.cover };
         let Some(number) = self.mesh.met(hit, front).filter(|n| self.cover.is_walled(*n)) else { return true };
         let normal = if front { hit.normal } else { -hit.normal };
-        ground.is_open(number, ray::offset(hit.point, normal, hit.reach), normal)
+        ground.opening(number)(ray::offset(hit.point, normal, hit.reach), normal)
     }
 
     fn shade<'a>(&'a self, around: &'a Around<'a>) -> Shade<'a> {

@@ -12,7 +12,7 @@ use crate::render::radiosity::file;
 use crate::render::radiosity::mesh::Mesh;
 use crate::render::radiosity::rows::{self, Rows};
 use crate::render::radiosity::solve::{Solved, System};
-use crate::render::radiosity::{Account, Options, Radiosity};
+use crate::render::radiosity::{Account, Options, Radiosity, Show};
 use crate::render::sampler::Sampler;
 use crate::render::shade::{Follow, LampsAlone, Pairs, Shade};
 use crate::render::solution::{self, Fingerprint};
@@ -26,8 +26,9 @@ use crate::{Result, invalid, parallel};
 const KIND: &str = "radiosity";
 /// Residual at which the balance is good enough: far below what rays and elements leave.
 pub const RESIDUAL: f64 = 1e-4;
-/// Rays from an element for each place on it from which the lamps are looked at.
-const RAYS_A_LOOK: u32 = 4;
+/// Rays from an element for each place on it from which the lamps are looked at: where that is shown, and where it only goes
+/// on to others.
+const RAYS_A_LOOK: [u32; 2] = [4, 16];
 /// Bytes that an element may take for each wavelength of a light where rows need more than what follows.
 const BYTES: usize = 64;
 /// Vectors that the solver works on.
@@ -50,9 +51,8 @@ pub fn prepared(scene: Arc<Scene>, options: &Options, wavelengths: &dyn Waveleng
         |(mesh, stored, account)| file::bytes(mesh, stored, account),
     )?;
     let cover = workshop.covered.take().unwrap_or_else(|| workshop.cover(&mesh));
-    let weights: Vec<&[f32]> = stored.lights.iter().map(|l| wavelengths.brightness(*l as usize)).collect();
-    let brightness =
-        workshop.brightness(Ground { geometry: &scene.geometry, mesh: &mesh, cover: &cover }, &stored.data, &weights);
+    let ground = Ground { geometry: &scene.geometry, mesh: &mesh, cover: &cover };
+    let brightness = workshop.brightness(ground, &stored.data, &workshop.weights(&stored.lights));
     Ok(Radiosity { scene: scene.clone(), show: options.show, mesh, cover, stored, brightness, account })
 }
 
@@ -78,15 +78,18 @@ impl Workshop<'_> {
         self.wake(&mut mesh);
         self.afford(mesh.len(), self.lights.len())?;
         let mut account = Account::default();
-        let cover = match self.options.divide {
-            None => self.divide(&mut mesh, &mut account),
-            Some(_) => self.cover(&mesh),
-        };
+        if self.options.divide.is_none() {
+            self.divide(&mut mesh, &mut account);
+        }
+        let cover = self.cover(&mesh);
         let ground = Ground { geometry: &self.scene.geometry, mesh: &mesh, cover: &cover };
         let mut data = self.direct(ground, self.options.rays, self.options.seed, false);
         let reflectance = self.reflectances(&mesh);
         let balanced = self.balance(ground, &reflectance, &mut data, self.options.rays, self.options.seed, RESIDUAL);
-        account = Account { error: account.error, out_of_memory: account.out_of_memory, ..balanced };
+        account = Account { out_of_memory: account.out_of_memory, ..balanced };
+        if self.options.divide.is_none() {
+            account.error = Some(self.error(&mesh, self.brightness(ground, &data, &self.weights(&self.lights))));
+        }
         account.surfaces = mesh.surfaces();
         account.glossy = self.glossy(&mesh);
         let stored = Stored { lights: self.lights.clone(), lanes: self.wavelengths.lanes(), data };
@@ -179,14 +182,14 @@ impl Workshop<'_> {
         if rows == 0 {
             return data;
         }
-        let looks = (rays / RAYS_A_LOOK).max(1);
+        let looks = (rays / RAYS_A_LOOK[usize::from(self.options.show != Show::Mesh)]).max(1);
         data[..n * rows * lanes].par_chunks_mut(rows * lanes).enumerate().for_each(|(number, row)| {
             let number = number as u32;
             let mut sums = vec![0f32; self.scene.lights.len() * lanes];
             let (_, element) = ground.mesh.element(number);
-            let reach = element.tile.patch.reach();
+            let (reach, is_open) = (element.tile.patch.reach(), ground.opening(number));
             let places = (0..looks).map(|i| element.place(Sampler::new(number, 0x2c1b_3c6d, i, seed).pair(0)));
-            let open = places.filter(|(p, normal)| ground.is_open(number, ray::offset(*p, *normal, reach), *normal));
+            let open = places.filter(|(p, normal)| is_open(ray::offset(*p, *normal, reach), *normal));
             let open = open.map(|(point, normal)| Meeting { reach, ..Meeting::facing(point, normal) });
             self.look((number, seed), open, &mut sums);
             for (i, light) in self.lights.iter().map(|l| *l as usize).enumerate() {
@@ -237,6 +240,11 @@ impl Workshop<'_> {
         }
         let bytes = fixed + rows.bytes();
         Account { solved: all, rays: rows.rays(), rows_kept: [rows.kept(), n], bytes, ..Account::default() }
+    }
+
+    /// What wavelengths of lights count in luminance.
+    fn weights(&self, lights: &[u32]) -> Vec<&[f32]> {
+        lights.iter().map(|l| self.wavelengths.brightness(*l as usize)).collect()
     }
 
     /// Luminance that white elements would show, of all light and of that from other surfaces, -1 of those that are covered;

@@ -166,21 +166,49 @@ fn sum_up(entries: &[Entry], from: &[f32], sums: &mut [f32], scale: f32) {
     );
 }
 
+/// Evenly spread points of the unit hypercube, for directions and places together: multiples of powers of the root of
+/// `x^5 = x + 1`, as the golden ratio's are even on a line [Roberts 2018, The unreasonable effectiveness of quasirandom
+/// sequences], moved from where they begin. Two scrambled nets, one for directions and one for places, are each more even
+/// but not together.
+#[derive(Clone, Copy)]
+struct Spread {
+    start: [u32; 4],
+}
+
+impl Spread {
+    /// Powers -1 to -4 of the root 1.167304, in units of 2^-32.
+    const STEPS: [u32; 4] = [3_679_390_609, 3_152_041_523, 2_700_274_806, 2_313_257_605];
+
+    fn of(number: u32, seed: u32) -> Spread {
+        let sampler = Sampler::new(number, 0x51ed_270b, 0, seed);
+        let [[a, b], [c, d]] = [sampler.pair(0), sampler.pair(1)];
+        Spread { start: [a, b, c, d].map(|x| (f64::from(x) * 4_294_967_296.0) as u32) }
+    }
+
+    fn point(self, i: u32) -> [f32; 4] {
+        std::array::from_fn(|k| {
+            let fixed = self.start[k].wrapping_add(i.wrapping_mul(Self::STEPS[k]));
+            (fixed >> 8) as f32 / 16_777_216.0
+        })
+    }
+}
+
 /// The elements that rays from all over an element meet; returns how many rays there were. None start where the element is
 /// covered.
 fn look_around(ground: Ground, number: u32, rays: u32, seed: u32, mut meet: impl FnMut(u32)) -> u32 {
     let (_, element) = ground.mesh.element(number);
-    let reach = element.tile.patch.reach();
+    let (reach, is_open) = (element.tile.patch.reach(), ground.opening(number));
+    let spread = Spread::of(number, seed);
     let mut started = 0;
     for i in 0..rays {
-        let sampler = Sampler::new(number, 0x51ed_270b, i, seed);
-        let (point, normal) = element.place(sampler.pair(0));
+        let [a, b, u, v] = spread.point(i);
+        let (point, normal) = element.place([u, v]);
         let origin = ray::offset(point, normal, reach);
-        if !ground.is_open(number, origin, normal) {
+        if !is_open(origin, normal) {
             continue;
         }
         started += 1;
-        let direction = ray::cosine_direction(normal, sampler.pair(1));
+        let direction = ray::cosine_direction(normal, [a, b]);
         let Some(hit) = ground.geometry.closest(origin, direction) else { continue };
         if let Some(met) = ground.mesh.met(&hit, hit.normal.dot(direction) < 0.0) {
             meet(met);
