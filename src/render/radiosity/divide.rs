@@ -21,6 +21,8 @@ const MOST_ALONG: u32 = 1024;
 const MOST_LEVELS: usize = 8;
 /// Dividing has to leave less than this of an error to be worth while: of what is smooth it leaves a quarter.
 const WORTH: f64 = 0.75;
+/// Sides with less than this of the mean error are not worth another trial.
+const LITTLE: f64 = 0.25;
 /// Darker places than this share of the mean need not be known better than it.
 const DARK: f32 = 0.05;
 
@@ -71,6 +73,10 @@ impl Workshop<'_> {
             }
             gained = Some(error);
             let worth = |j: &&Judged| j.error > tolerance && before.get(&j.side).is_none_or(|b| j.error < WORTH * b);
+            let part: f64 = judged.iter().filter(worth).map(|j| j.part).sum();
+            if part < LITTLE * error {
+                return;
+            }
             let mut again: Vec<usize> = judged.iter().filter(worth).map(|j| j.side.0).collect();
             again.dedup();
             before.extend(judged.iter().map(|j| (j.side, j.error)));
