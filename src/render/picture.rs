@@ -120,18 +120,15 @@ pub fn render(scene: Scene, job: Job, history: impl Fn(Option<u32>) -> Vec<u8>) 
         header.lines.push(format!("ROWS= {first} {end} {height}").into_bytes());
     }
     let estimate = estimator(Arc::new(scene), &job.quantity, &job.method)?;
-    let effort = match job.effort {
-        Work::Each(effort) => {
-            header.lines.insert(0, history(None));
-            effort
-        }
+    let (effort, paths) = match job.effort {
+        Work::Each(effort) => (effort, None),
         Work::Time(time) => {
             let paths = paths_within(&*estimate, time, (width, first, end));
             job.notes.add(format!("{paths} paths a pixel; --samples {paths} gives the same picture"));
-            header.lines.insert(0, history(Some(paths)));
-            Effort::Paths(paths)
+            (Effort::Paths(paths), Some(paths))
         }
     };
+    header.lines.insert(0, history(paths));
     let target = if job.progress { ProgressDrawTarget::stderr_with_hz(4) } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some((end - first) as u64), target);
     if let Ok(style) = ProgressStyle::with_template("spectrace {wide_bar} row {pos} of {len}, {eta} left{msg}") {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::render::radiosity::cover::Cover;
 use crate::render::radiosity::mesh::{Mesh, Tile};
 use crate::render::radiosity::prepare::Workshop;
 use crate::render::radiosity::{Account, Show};
@@ -57,8 +58,9 @@ pub fn at_first(mesh: &mut Mesh, divide: Option<u32>) {
 }
 
 impl Workshop<'_> {
-    /// Divides surfaces until the tolerance is met, no more is gained or memory ends.
-    pub fn divide(&self, mesh: &mut Mesh, account: &mut Account) {
+    /// Divides surfaces until the tolerance is met, no more is gained or memory ends. What of the last elements is open,
+    /// where a trial has found it.
+    pub fn divide(&self, mesh: &mut Mesh, account: &mut Account) -> Option<Cover> {
         let tolerance = self.options.tolerance;
         let rays = (ROUGH * (0.02 / tolerance).powi(2)).max(ROUGH).min(f64::from(self.options.rays));
         let mut before: HashMap<Side, f64> = HashMap::new();
@@ -69,24 +71,28 @@ impl Workshop<'_> {
             let error = mean(&judged);
             let gain: f64 = gained.map_or(0.0, |before| error / before);
             if error <= tolerance || gain > 1.0 {
-                return;
+                return Some(cover);
             }
             gained = Some(error);
             let worth = |j: &&Judged| j.error > tolerance && before.get(&j.side).is_none_or(|b| j.error < WORTH * b);
             let part: f64 = judged.iter().filter(worth).map(|j| j.part).sum();
             if part < LITTLE * error {
-                return;
+                return Some(cover);
             }
             let mut again: Vec<usize> = judged.iter().filter(worth).map(|j| j.side.0).collect();
             again.dedup();
             before.extend(judged.iter().map(|j| (j.side, j.error)));
             let (fits, finer) = self.divided(mesh, &again);
             account.out_of_memory |= !fits;
+            if !finer {
+                return Some(cover);
+            }
             // What finer elements do not mend is the noise of these few rays: once more, and no further.
-            if !finer || gain > WORTH {
-                return;
+            if gain > WORTH {
+                return None;
             }
         }
+        None
     }
 
     /// Mean error of what is linear between elements, of all sides.

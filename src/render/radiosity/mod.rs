@@ -10,8 +10,8 @@
 //! from the elements what is seen there ([`Show::Gather`]).
 //!
 //! It cannot show light that gloss, mirrors and glass throw onto other surfaces: what they reflect is spread as if they were matt,
-//! and nothing goes through. What the eye sees in them is followed. Light leaks through a wall that cuts through an element, as
-//! far as the element reaches.
+//! and nothing goes through. What the eye sees in them is followed. Light leaks through a wall with light on both sides that
+//! cuts through an element, as far as the element reaches.
 
 mod cover;
 mod divide;

@@ -78,14 +78,12 @@ impl Workshop<'_> {
         self.wake(&mut mesh);
         self.afford(mesh.len(), self.lights.len())?;
         let mut account = Account::default();
-        if self.options.divide.is_none() {
-            self.divide(&mut mesh, &mut account);
-        }
-        let cover = self.cover(&mesh);
+        let known = if self.options.divide.is_none() { self.divide(&mut mesh, &mut account) } else { None };
+        let cover = known.unwrap_or_else(|| self.cover(&mesh));
         let ground = Ground { geometry: &self.scene.geometry, mesh: &mesh, cover: &cover };
-        let mut data = self.direct(ground, self.options.rays, self.options.seed, false);
+        let mut data = self.direct(ground, self.options.rays, false);
         let reflectance = self.reflectances(&mesh);
-        let balanced = self.balance(ground, &reflectance, &mut data, self.options.rays, self.options.seed, RESIDUAL);
+        let balanced = self.balance(ground, &reflectance, &mut data, self.options.rays, RESIDUAL);
         account = Account { out_of_memory: account.out_of_memory, ..balanced };
         if self.options.divide.is_none() {
             account.error = Some(self.error(&mesh, self.brightness(ground, &data, &self.weights(&self.lights))));
@@ -100,10 +98,9 @@ impl Workshop<'_> {
     /// Luminance of elements as in [`Workshop::brightness`], roughly: by few rays, and all lights as one.
     pub fn trial(&self, mesh: &Mesh, cover: &Cover, rays: u32) -> [Vec<f32>; 2] {
         const TOLERANCE: f64 = 1e-2;
-        let seed = self.options.seed;
         let ground = Ground { geometry: &self.scene.geometry, mesh, cover };
-        let mut data = self.direct(ground, rays, seed, true);
-        self.balance(ground, &self.reflectances(mesh), &mut data, rays, seed, TOLERANCE);
+        let mut data = self.direct(ground, rays, true);
+        self.balance(ground, &self.reflectances(mesh), &mut data, rays, TOLERANCE);
         self.brightness(ground, &data, &[&vec![1.0; self.wavelengths.lanes()]])
     }
 
@@ -153,19 +150,19 @@ impl Workshop<'_> {
         let (lanes, lights, seed) = (self.wavelengths.lanes(), self.scene.lights.len(), self.options.seed);
         cover::reached(&self.scene.geometry, mesh, (seed, looks), |number, places| {
             let mut sums = vec![0f32; lights * lanes];
-            self.look((number, seed), places.iter().map(|p| Meeting::facing(p.start, p.normal)), &mut sums);
+            self.look(number, places.iter().map(|p| Meeting::facing(p.start, p.normal)), &mut sums);
             sums.chunks(lanes).map(|s| s.iter().any(|x| *x > 0.0)).collect()
         })
     }
 
     /// The mean of the lamps' light on some places of an element, a row a light of the scene.
-    fn look(&self, (number, seed): (u32, u32), places: impl Iterator<Item = Meeting>, sums: &mut [f32]) {
+    fn look(&self, number: u32, places: impl Iterator<Item = Meeting>, sums: &mut [f32]) {
         let shade = Shade { scene: self.scene, rest: &LampsAlone, shadows: true, follow: Follow::Nothing };
         let mut trail = Trail::default();
         trail.fork();
         let mut looks = 0;
         for at in places {
-            let sampler = Sampler::new(number, 0x2c1b_3c6d, looks, seed);
+            let sampler = Sampler::new(number, 0x2c1b_3c6d, looks, self.options.seed);
             trail.branch();
             shade.lobe(&at, &Lobe::WHITE, &mut Pairs::new(&sampler, 1), &mut trail);
             looks += 1;
@@ -175,7 +172,7 @@ impl Workshop<'_> {
 
     /// The lamps' light on all elements, a row a light, or one for all in which wavelengths count as they are seen; room for as
     /// much again behind it.
-    fn direct(&self, ground: Ground, rays: u32, seed: u32, as_one: bool) -> Vec<f32> {
+    fn direct(&self, ground: Ground, rays: u32, as_one: bool) -> Vec<f32> {
         let (lanes, n) = (self.wavelengths.lanes(), ground.mesh.len());
         let rows = if as_one { self.lights.len().min(1) } else { self.lights.len() };
         let mut data = vec![0f32; 2 * n * rows * lanes];
@@ -188,10 +185,11 @@ impl Workshop<'_> {
             let mut sums = vec![0f32; self.scene.lights.len() * lanes];
             let (_, element) = ground.mesh.element(number);
             let (reach, is_open) = (element.tile.patch.reach(), ground.opening(number));
-            let places = (0..looks).map(|i| element.place(Sampler::new(number, 0x2c1b_3c6d, i, seed).pair(0)));
+            let sampler = |i| Sampler::new(number, 0x2c1b_3c6d, i, self.options.seed);
+            let places = (0..looks).map(|i| element.place(sampler(i).pair(0)));
             let open = places.filter(|(p, normal)| is_open(ray::offset(*p, *normal, reach), *normal));
             let open = open.map(|(point, normal)| Meeting { reach, ..Meeting::facing(point, normal) });
-            self.look((number, seed), open, &mut sums);
+            self.look(number, open, &mut sums);
             for (i, light) in self.lights.iter().map(|l| *l as usize).enumerate() {
                 let from = &sums[light * lanes..][..lanes];
                 if as_one {
@@ -206,20 +204,12 @@ impl Workshop<'_> {
     }
 
     /// Solves for all lights; adds what comes from other surfaces to what is there, and puts it behind it.
-    fn balance(
-        &self,
-        ground: Ground,
-        reflectance: &[f32],
-        data: &mut [f32],
-        rays: u32,
-        seed: u32,
-        tolerance: f64,
-    ) -> Account {
+    fn balance(&self, ground: Ground, reflectance: &[f32], data: &mut [f32], rays: u32, tolerance: f64) -> Account {
         let (n, lanes) = (ground.mesh.len(), self.wavelengths.lanes());
         let lights = data.len() / (2 * n * lanes).max(1);
         let fixed = self.bytes(n, lights);
         let room = (BYTES * n * lanes * lights).max(fixed + SOME_ROWS).min(self.options.memory).saturating_sub(fixed);
-        let rows = Rows::trace(ground, rays, seed, room);
+        let rows = Rows::trace(ground, rays, self.options.seed, room);
         let sees = |from: &[f32], to: &mut [f32]| rows.apply(from, to, lanes);
         let system = System { lanes, reflectance, sees };
         let mut all = Solved::default();
