@@ -19,6 +19,7 @@
 //! | [`codec`] | file formats other than the stream's own |
 //! | [`tone`] | from world luminance to the display's |
 //! | [`plot`] | charts as SVG and PNG |
+//! | [`optics`] | light at boundaries, in films and at edges: reflectance, phase, polarization, diffraction |
 //! | [`material`] | what surfaces do to light |
 //! | [`scene`] | scenes as TOML: shapes, lights, cameras |
 //! | [`render`] | Eq. (1) by path tracing |
@@ -118,6 +119,7 @@ pub mod json;
 pub mod keys;
 pub mod material;
 pub mod notes;
+pub mod optics;
 pub mod options;
 pub mod parallel;
 pub mod photometry;

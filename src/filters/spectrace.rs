@@ -33,6 +33,8 @@ pub enum Quantity {
     Xyz,
     /// Spectral radiance in W/sr/m2/nm
     Spectrum,
+    /// Stokes vectors of it: I, Q, U and V of each wavelength
+    Stokes,
 }
 
 /// How Eq. (1) is solved.
@@ -65,6 +67,10 @@ pub enum Shown {
     Gather,
 }
 
+/// Wavelengths that count where a surface fluoresces, nm, and bands over them, as wide as the others.
+const EXCITING: Range = Range(300.0, 780.0);
+const EXCITED_BANDS: usize = 96;
+
 /// Options of `spectrace`.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
@@ -85,7 +91,7 @@ pub struct Spectrace {
     /// Points that paths carry instead, nm: 450,550,650
     #[arg(long, value_name = "LIST")]
     pub wavelengths: Option<Numbers>,
-    /// Wavelengths that count, nm
+    /// Wavelengths that count, nm; from 300 where a surface fluoresces, in 96 bands, unless given
     #[arg(long, value_name = "A:B", default_value = "380:780")]
     pub range: Range,
     /// Paths a pixel; powers of two share the pixel best. With --error the most
@@ -176,8 +182,12 @@ pub struct Spectrace {
 clap_defaults!(Spectrace);
 
 impl Spectrace {
-    fn measured(&self) -> Result<Measured> {
-        let Range(from, to) = self.range;
+    fn measured(&self, scene: &Scene) -> Result<Measured> {
+        let plain = Spectrace::default();
+        // What cannot be seen may come back as light, and bands stay as fine.
+        let excited = scene.fluoresces() && self.range == plain.range;
+        let Range(from, to) = if excited { EXCITING } else { self.range };
+        let bands = if excited && self.bands == plain.bands { EXCITED_BANDS } else { self.bands };
         if !(250.0..=2500.0).contains(&from) || !(250.0..=2500.0).contains(&to) {
             return usage!("--range {}: wavelengths run from 250 to 2500 nm", self.range);
         }
@@ -186,21 +196,23 @@ impl Spectrace {
                 return usage!("--wavelengths: {} of them; at most {MOST_WAVELENGTHS}", nm.0.len());
             }
             Some(nm) => Sampling::points(nm.0.clone()).map_err(|e| Error::Usage(format!("--wavelengths: {e}")))?,
-            None if self.bands > MOST_WAVELENGTHS => {
-                return usage!("--bands {}: at most {MOST_WAVELENGTHS}", self.bands);
+            None if bands > MOST_WAVELENGTHS => {
+                return usage!("--bands {bands}: at most {MOST_WAVELENGTHS}");
             }
-            None => Sampling::bins(from, to, self.bands).map_err(|e| Error::Usage(format!("--bands: {e}")))?,
+            None => Sampling::bins(from, to, bands).map_err(|e| Error::Usage(format!("--bands: {e}")))?,
         };
         let what = match self.quantity {
             _ if self.report => What::Lighting,
             Quantity::Spectrum => What::Spectrum,
+            Quantity::Stokes => What::Stokes,
             Quantity::Xyz => What::Xyz,
         };
         Ok(Measured { sampling, range_nm: (from, to), what, seed: self.seed })
     }
 
     /// The method, and that no other's options were given.
-    fn choice(&self, scene: &Scene) -> Result<Choice> {
+    fn choice(&self, scene: &Scene, run: &Run) -> Result<Choice> {
+        self.note_left_out(scene, run)?;
         let plain = Spectrace::default();
         let path = (self.max_bounces, self.split) != (plain.max_bounces, plain.split);
         let local = (self.ambient, self.no_shadows, self.no_reflections) != (plain.ambient, false, false);
@@ -236,6 +248,28 @@ impl Spectrace {
             Solver::Radiosity => Choice::Radiosity(self.radiosity()?),
             Solver::Photon => Choice::Photon(self.photon()?),
         })
+    }
+
+    /// Effects that only path tracing has.
+    fn note_left_out(&self, scene: &Scene, run: &Run) -> Result<()> {
+        if self.method == Solver::Path {
+            return Ok(());
+        }
+        let method = format!("{:?}", self.method).to_lowercase();
+        if self.quantity == Quantity::Stokes {
+            return usage!("--output stokes goes with --method path; {method} knows nothing of polarization");
+        }
+        let photons = self.method == Solver::Photon && scene.fluoresces();
+        let out = [
+            (scene.polarised, "polarization"),
+            (scene.effects.disperses, "dispersion"),
+            (scene.effects.absorbs, "absorption within bodies"),
+            (photons, "light that photons would have at other wavelengths"),
+        ];
+        for (_, what) in out.iter().filter(|o| o.0) {
+            run.notes.add(format!("{what} is left out by --method {method}; path has it"));
+        }
+        Ok(())
     }
 
     fn radiosity(&self) -> Result<radiosity::Options> {
@@ -322,7 +356,7 @@ impl Spectrace {
 
     /// Rays or points from standard input.
     fn lines(self, scene: Scene, run: &Run) -> Result<Product> {
-        let (quantity, choice) = (self.measured()?, self.choice(&scene)?);
+        let (quantity, choice) = (self.measured(&scene)?, self.choice(&scene, run)?);
         let Work::Each(effort) = self.effort()? else { return usage!("--time is for pictures") };
         let scene = Arc::new(scene);
         let estimate = estimator(scene.clone(), &quantity, &choice)?;
@@ -411,11 +445,11 @@ impl Filter for Spectrace {
         let camera = camera.resized(self.width, self.height)?;
         let rows = self.row_range(camera.height)?;
         scene.camera = Some(camera);
-        let quantity = self.measured()?;
+        let quantity = self.measured(&scene)?;
         note_lost_light(&scene, quantity.range_nm, run)?;
         let job = Job {
             quantity,
-            method: self.choice(&scene)?,
+            method: self.choice(&scene, run)?,
             effort: self.effort()?,
             rows,
             progress: !run.options.quiet && std::io::stderr().is_terminal(),

@@ -19,13 +19,19 @@ pub struct Albedo {
 impl Albedo {
     /// Of an isotropic kernel, by its own samples.
     pub fn of(kernel: &dyn Kernel) -> Albedo {
+        Albedo::of_all(&[(kernel, 1.0)])
+    }
+
+    /// Of several, each times a factor.
+    pub fn of_all(kernels: &[(&dyn Kernel, f32)]) -> Albedo {
         let node = |i: usize| {
             let root = (i as f32 / (NODES - 1) as f32).max(1e-2);
             let cos = root * root;
             let out = Vec3A::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
             let weight = |i: u32| {
                 let u = [(i as f32 + 0.5) / POINTS as f32, (i.reverse_bits() >> 8) as f32 / (1 << 24) as f32];
-                kernel.sample(out, u).map_or(0.0, |t| f64::from(t.weight))
+                let one = |(k, factor): &(&dyn Kernel, f32)| k.sample(out, u).map_or(0.0, |t| f64::from(t.weight * factor));
+                kernels.iter().map(one).sum::<f64>()
             };
             ((0..POINTS).map(weight).sum::<f64>() / f64::from(POINTS)) as f32
         };
@@ -69,7 +75,7 @@ impl Albedo {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::fresnel;
+    use crate::optics::fresnel;
     use crate::material::kernel::ggx::Ggx;
     use crate::material::kernel::lambert::Lambert;
 

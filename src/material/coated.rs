@@ -12,12 +12,12 @@ use glam::Vec3A;
 use crate::Result;
 use crate::material::albedo::Albedo;
 use crate::material::conductor::SMOOTH;
-use crate::material::fresnel;
+use crate::optics::fresnel;
 use crate::material::kernel::complement::Complement;
 use crate::material::kernel::ggx::Ggx;
 use crate::material::kernel::specular::Specular;
 use crate::material::read::{Paint, Reader};
-use crate::material::{Lobe, Lobes, Material, Site, Tint};
+use crate::material::{Lobe, Lobes, Material, Polar, Site, Tint};
 
 static BACK: Specular = Specular::Mirror;
 
@@ -28,6 +28,7 @@ pub struct Coated {
     rough: Option<Ggx>,
     base: Complement,
     inside: f32,
+    polar: Polar,
     two_sided: bool,
 }
 
@@ -40,7 +41,8 @@ impl Coated {
             None => Albedo::from_fn(|cos| fresnel::dielectric(cos, index).0),
         };
         let inside = 1.0 - (1.0 - albedo.mean()) / (index * index);
-        Coated { paint, index, rough, base: Complement(Arc::new(albedo)), inside, two_sided }
+        let polar = Polar::Boundary { eta: index, through: false };
+        Coated { paint, index, rough, base: Complement(Arc::new(albedo)), inside, polar, two_sided }
     }
 }
 
@@ -49,18 +51,19 @@ impl Material for Coated {
         if !(site.front || self.two_sided) {
             return;
         }
-        let albedo = self.base.0.at(out.z);
+        let (albedo, polar) = (self.base.0.at(out.z), Some(&self.polar));
         match &self.rough {
             Some(ggx) => {
-                lobes.push(Lobe { kernel: ggx, tint: Tint::None, factor: 1.0, odds: albedo.max(1e-4) });
+                let (tint, odds) = (Tint::None, albedo.max(1e-4));
+                lobes.push(Lobe { kernel: ggx, tint, factor: 1.0, odds, polar });
             }
             None => {
                 let factor = fresnel::dielectric(out.z, self.index).0;
-                lobes.push(Lobe { kernel: &BACK, tint: Tint::None, factor, odds: factor });
+                lobes.push(Lobe { kernel: &BACK, tint: Tint::None, factor, odds: factor, polar });
             }
         }
         let tint = Tint::Beneath(self.paint.at(site), self.inside);
-        lobes.push(Lobe { kernel: &self.base, tint, factor: 1.0, odds: (1.0 - albedo).max(1e-4) });
+        lobes.push(Lobe { kernel: &self.base, tint, factor: 1.0, odds: (1.0 - albedo).max(1e-4), polar: None });
     }
 
     fn looks_at_site(&self) -> bool {

@@ -11,12 +11,12 @@ use glam::Vec3A;
 
 use crate::Result;
 use crate::material::albedo::Albedo;
-use crate::material::fresnel;
+use crate::optics::fresnel;
 use crate::material::kernel::complement::Complement;
 use crate::material::kernel::ggx::Ggx;
 use crate::material::kernel::specular::Specular;
 use crate::material::read::Reader;
-use crate::material::{Ink, Lobe, Lobes, Material, Site, Tint};
+use crate::material::{Ink, Lobe, Lobes, Material, Polar, Site, Tint};
 use crate::spectral::{Spectrum, builtin};
 
 /// GGX with a smaller alpha is a mirror: its highlight is narrower than f32 directions can aim.
@@ -29,6 +29,7 @@ pub struct Conductor {
     index: u32,
     mean: u32,
     rough: Option<(Ggx, Complement)>,
+    polar: Polar,
     two_sided: bool,
 }
 
@@ -39,7 +40,8 @@ impl Conductor {
             let ggx = Ggx { alpha, eta: None };
             (ggx, Complement(Arc::new(Albedo::of(&ggx))))
         });
-        Conductor { index, mean, rough, two_sided }
+        let polar = Polar::Index { index, eta: 1.0, front: true, through: false };
+        Conductor { index, mean, rough, polar, two_sided }
     }
 }
 
@@ -48,20 +50,21 @@ impl Material for Conductor {
         if !(site.front || self.two_sided) {
             return;
         }
-        let metal = Tint::Metal(self.index);
+        let polar = Some(&self.polar);
+        let metal = Tint::Metal { index: self.index, cos_half: 1.0 };
         let Some((ggx, rest)) = &self.rough else {
-            lobes.push(Lobe { kernel: &BACK, tint: metal, factor: 1.0, odds: 1.0 });
+            lobes.push(Lobe { kernel: &BACK, tint: metal, factor: 1.0, odds: 1.0, polar });
             return;
         };
         let albedo = rest.0.at(out.z);
-        lobes.push(Lobe { kernel: ggx, tint: metal, factor: 1.0, odds: albedo });
+        lobes.push(Lobe { kernel: ggx, tint: metal, factor: 1.0, odds: albedo, polar });
         let tint = Tint::Repeated { mean: self.mean, albedo: rest.0.mean() };
-        lobes.push(Lobe { kernel: rest, tint, factor: 1.0, odds: (1.0 - albedo).max(1e-3) });
+        lobes.push(Lobe { kernel: rest, tint, factor: 1.0, odds: (1.0 - albedo).max(1e-3), polar: None });
     }
 }
 
-/// Reads one.
-pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
+/// A metal's index: `metal`, or `n` and `k`; beyond the tables it goes on as it ended.
+pub fn read_metal(r: &mut Reader) -> Result<(Spectrum, Spectrum)> {
     let metal = r.keys.get_spanned::<String>("metal")?;
     let (n, k) = match (metal, r.spectrum("n")?, r.spectrum("k")?) {
         (Some((name, span)), None, None) => {
@@ -77,7 +80,12 @@ pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
     if n.range().0 < 0.0 || k.range().0 < 0.0 {
         return Err(r.keys.wrong("n and k must not be below 0"));
     }
-    let (n, k) = (n.extended(), k.extended());
+    Ok((n.extended(), k.extended()))
+}
+
+/// Reads one.
+pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
+    let (n, k) = read_metal(r)?;
     let mean = mean_reflectance(&n, &k)?;
     let roughness = r.within("roughness", (0.0, 1.0), 0.0)?;
     let index = r.ink(Ink::Index { n, k });

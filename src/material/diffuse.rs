@@ -28,7 +28,7 @@ impl Material for Diffuse {
 
     fn only(&self, site: &Site) -> Option<Lobe<'_>> {
         let lit = site.front || self.two_sided;
-        lit.then(|| Lobe { kernel: &UP, tint: Tint::Base(self.paint.at(site)), factor: 1.0, odds: 1.0 })
+        lit.then(|| Lobe { kernel: &UP, tint: Tint::Base(self.paint.at(site)), factor: 1.0, odds: 1.0, polar: None })
     }
 
     fn looks_at_site(&self) -> bool {

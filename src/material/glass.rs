@@ -3,17 +3,17 @@
 //! (exp of minus that), `panes` (1) how many of them, with air between.
 //!
 //! All reflections between the surfaces add up without interference; s and p light keep apart on the way through
-//! ([`fresnel::Stack`]). What comes out is unpolarised again.
+//! ([`crate::optics::fresnel::Stack`]).
 
 use std::sync::Arc;
 
 use glam::Vec3A;
 
 use crate::Result;
-use crate::material::fresnel::Stack;
+use crate::optics::fresnel::Stack;
 use crate::material::kernel::specular::Specular;
 use crate::material::read::Reader;
-use crate::material::{Ink, Lobe, Lobes, Material, Site, Tint};
+use crate::material::{Ink, Lobe, Lobes, Material, Polar, Site, Tint};
 use crate::spectral::Spectrum;
 
 static BACK: Specular = Specular::Mirror;
@@ -27,6 +27,8 @@ pub struct Glass {
     pub depth: u32,
     /// How many.
     pub panes: u32,
+    /// Of what is sent back, and of what goes through.
+    polar: [Polar; 2],
 }
 
 impl Material for Glass {
@@ -36,7 +38,8 @@ impl Material for Glass {
         for (kernel, back, odds) in [(&BACK, true, sent), (&ON, false, 1.0 - sent)] {
             let tint = Tint::Panes { depth: self.depth, stack, back };
             // An index of 1 sends nothing back; grazing light does not get through.
-            lobes.push(Lobe { kernel, tint, factor: if odds > 0.0 { 1.0 } else { 0.0 }, odds });
+            let (factor, polar) = (if odds > 0.0 { 1.0 } else { 0.0 }, Some(&self.polar[usize::from(!back)]));
+            lobes.push(Lobe { kernel, tint, factor, odds, polar });
         }
     }
 
@@ -66,5 +69,7 @@ pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
         (Some(_), Some(_)) => return Err(r.keys.wrong("give depth or transmissivity, not both")),
     };
     let depth = r.ink(Ink::Depth(depth));
-    Ok(Arc::new(Glass { index, depth, panes: panes.unwrap_or(1.0) as u32 }))
+    let panes = panes.unwrap_or(1.0) as u32;
+    let polar = [false, true].map(|through| Polar::Panes { depth, index, panes, through });
+    Ok(Arc::new(Glass { index, depth, panes, polar }))
 }

@@ -7,9 +7,11 @@ use glam::Vec3A;
 use crate::Result;
 use crate::material::kernel::specular::Specular;
 use crate::material::read::{Paint, Reader};
-use crate::material::{Lobe, Lobes, Material, Site, Tint};
+use crate::material::{Lobe, Lobes, Material, Polar, Site, Tint};
 
 static BACK: Specular = Specular::Mirror;
+/// The limit of a very large index: s and p light alike, half a wave apart.
+static PERFECT: Polar = Polar::Boundary { eta: 1e9, through: false };
 
 /// An ideal mirror.
 pub struct Mirror {
@@ -22,7 +24,8 @@ pub struct Mirror {
 impl Material for Mirror {
     fn lobes<'a>(&'a self, site: &Site, _: Vec3A, lobes: &mut Lobes<'a>) {
         if site.front || self.two_sided {
-            lobes.push(Lobe { kernel: &BACK, tint: Tint::Base(self.paint.at(site)), factor: 1.0, odds: 1.0 });
+            let (tint, polar) = (Tint::Base(self.paint.at(site)), Some(&PERFECT));
+            lobes.push(Lobe { kernel: &BACK, tint, factor: 1.0, odds: 1.0, polar });
         }
     }
 

@@ -3,11 +3,11 @@
 
 use std::sync::Arc;
 
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 
 use crate::Result;
 use crate::material::read::{Reader, named};
-use crate::material::{Lobes, Material, Site};
+use crate::material::{Effects, Lobes, Material, Site};
 
 /// A weighted sum of materials.
 pub struct Mixture(pub Vec<(f32, Arc<dyn Material>)>);
@@ -23,6 +23,18 @@ impl Material for Mixture {
 
     fn is_clear(&self) -> bool {
         self.0.iter().any(|(_, m)| m.is_clear())
+    }
+
+    fn effects(&self) -> Effects {
+        self.0.iter().fold(Effects::default(), |e, (_, m)| e.or(m.effects()))
+    }
+
+    fn interior(&self) -> Option<u32> {
+        self.0.iter().find_map(|(_, m)| m.interior())
+    }
+
+    fn axis(&self, site: &Site) -> Option<DVec3> {
+        self.0.iter().find_map(|(_, m)| m.axis(site))
     }
 
     fn looks_at_site(&self) -> bool {

@@ -12,21 +12,28 @@ pub mod coated;
 pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
-pub mod fresnel;
+pub mod film;
+pub mod fluorescent;
 pub mod glass;
+pub mod grating;
 pub mod kernel;
 pub mod mirror;
 pub mod mixture;
+pub mod polar;
 pub mod probe;
 pub mod radiance;
 pub mod read;
+pub mod sheet;
 pub mod texture;
 pub mod tint;
+pub mod translucent;
+pub mod wavy;
 
 use glam::{DVec3, Vec3A};
 
 use kernel::lambert::Lambert;
 pub use kernel::{Kernel, Turn, Value};
+pub use polar::Polar;
 pub use tint::{Base, Ink, Tint};
 
 /// Where a material is asked.
@@ -53,12 +60,14 @@ pub struct Lobe<'a> {
     pub factor: f32,
     /// About the share of light that it passes on, for choosing; 0 only where `factor` is.
     pub odds: f32,
+    /// How it polarises; without, its light is unpolarised.
+    pub polar: Option<&'a Polar>,
 }
 
 impl Lobe<'static> {
     /// Perfectly diffuse and reflects all: what irradiance is shown by.
     pub const WHITE: Lobe<'static> =
-        Lobe { kernel: &Lambert { through: false }, tint: Tint::None, factor: 1.0, odds: 1.0 };
+        Lobe { kernel: &Lambert { through: false }, tint: Tint::None, factor: 1.0, odds: 1.0, polar: None };
 }
 
 /// Most lobes of one surface: three parts of a mixture, four each.
@@ -122,6 +131,36 @@ impl<'a> Lobes<'a> {
     }
 }
 
+/// What a material needs of whoever follows light, beside lobes; most need none of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effects {
+    /// Sends wavelengths into different directions ([`Kernel::at`]).
+    pub disperses: bool,
+    /// Absorbs what goes through its inside ([`Material::interior`]).
+    pub absorbs: bool,
+    /// Means nothing without polarization: a polariser, a retarder.
+    pub polarises: bool,
+    /// Has an axis in its surface ([`Material::axis`]).
+    pub aligns: bool,
+}
+
+impl Effects {
+    /// Those of both.
+    pub fn or(self, o: Effects) -> Effects {
+        Effects {
+            disperses: self.disperses || o.disperses,
+            absorbs: self.absorbs || o.absorbs,
+            polarises: self.polarises || o.polarises,
+            aligns: self.aligns || o.aligns,
+        }
+    }
+
+    /// Any.
+    pub fn any(self) -> bool {
+        self != Effects::default()
+    }
+}
+
 /// What a surface is made of.
 pub trait Material: Send + Sync {
     /// The lobes for light that leaves along `out` (see the module) at `site`.
@@ -140,5 +179,20 @@ pub trait Material: Send + Sync {
     /// Needs the site's texture coordinates, colour or place.
     fn looks_at_site(&self) -> bool {
         false
+    }
+
+    /// What it needs beside.
+    fn effects(&self) -> Effects {
+        Effects::default()
+    }
+
+    /// Number of the absorption coefficient behind its front, 1/m.
+    fn interior(&self) -> Option<u32> {
+        None
+    }
+
+    /// A direction of the scene that the first tangent of the surface follows, where it has one.
+    fn axis(&self, _site: &Site) -> Option<DVec3> {
+        None
     }
 }

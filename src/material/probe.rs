@@ -27,10 +27,6 @@ pub fn at_angle(degrees: f64) -> Vec3A {
     Vec3A::new(sin as f32, 0.0, (cos as f32).max(1e-6))
 }
 
-fn cos_half(out: Vec3A, inc: Vec3A) -> f32 {
-    (out + inc).normalize_or_zero().dot(out).clamp(0.0, 1.0)
-}
-
 impl Sample<'_> {
     /// Directional-hemispherical reflectance and transmittance at each wavelength (nm) for light that leaves along `out`; by
     /// reciprocity those of light that comes from there, save for radiance beyond a boundary (factor n^2).
@@ -45,9 +41,9 @@ impl Sample<'_> {
                 let u = [(i as f32 + 0.5) / points as f32, (i.reverse_bits() >> 8) as f32 / (1 << 24) as f32];
                 let Some(turn) = lobe.kernel.sample(out, u) else { continue };
                 let weight = f64::from(lobe.factor * turn.weight) / f64::from(points);
-                let half = cos_half(out, turn.inc);
+                let tint = lobe.tint.turned(out, turn.inc);
                 for (nm, total) in wavelengths_nm.iter().zip(&mut totals) {
-                    total[side] += weight * f64::from(lobe.tint.at(*nm, half, self.inks, self.srgb));
+                    total[side] += weight * f64::from(tint.at(*nm, self.inks, self.srgb));
                 }
             }
         }
@@ -61,8 +57,9 @@ impl Sample<'_> {
         let mut values = vec![0.0; wavelengths_nm.len()];
         for lobe in lobes.iter().filter(|l| l.kernel.transmits() == (inc.z < 0.0)) {
             let f = f64::from(lobe.factor * lobe.kernel.evaluate(out, inc).f_cos) / f64::from(inc.z.abs().max(1e-9));
+            let tint = lobe.tint.turned(out, inc);
             for (nm, value) in wavelengths_nm.iter().zip(&mut values) {
-                *value += f * f64::from(lobe.tint.at(*nm, cos_half(out, inc), self.inks, self.srgb));
+                *value += f * f64::from(tint.at(*nm, self.inks, self.srgb));
             }
         }
         values

@@ -8,7 +8,8 @@ use crate::error::printable;
 use crate::keys::Keys;
 use crate::material::texture::Texture;
 use crate::material::{Base, Ink, Material, Site};
-use crate::material::{coated, conductor, dielectric, diffuse, glass, mirror, mixture, radiance};
+use crate::material::{coated, conductor, dielectric, diffuse, film, fluorescent, glass, grating, mirror, mixture};
+use crate::material::{radiance, sheet, translucent, wavy};
 use crate::spectral::Spectrum;
 use crate::spectral::key::SpectrumKey;
 use crate::{Error, Result};
@@ -24,6 +25,13 @@ pub const KINDS: &[(&str, Read)] = &[
     ("mirror", mirror::read),
     ("glass", glass::read),
     ("dielectric", dielectric::read),
+    ("film", film::read),
+    ("grating", grating::read),
+    ("wave_rough", wavy::read),
+    ("fluorescent", fluorescent::read),
+    ("translucent", translucent::read),
+    ("polarizer", sheet::read_polarizer),
+    ("retarder", sheet::read_retarder),
     ("plastic", radiance::read_plastic),
     ("metal", radiance::read_metal),
     ("trans", radiance::read_trans),
@@ -108,10 +116,15 @@ impl Reader<'_, '_> {
         if low < 0.0 || high > 1.0 {
             return Err(self.keys.wrong_key(key, span, &format!("runs from {low} to {high}; it must lie in 0 to 1")));
         }
-        Ok(Some(match reflectance {
+        Ok(Some(self.base(reflectance)))
+    }
+
+    /// A reflectance as surfaces refer to it.
+    pub fn base(&mut self, reflectance: Spectrum) -> Base {
+        match reflectance {
             Spectrum::Constant(r) => Base::Grey(r as f32),
             table => Base::Ink(self.ink(Ink::Reflectance(table))),
-        }))
+        }
     }
 
     /// `texture = "vertex"`, or a table of [`crate::material::texture`].

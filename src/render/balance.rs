@@ -213,12 +213,12 @@ impl Gas<'_> {
             shade.lobe(&at, lobe, &mut pairs, &mut direct);
             if let Some(turn) = lobe.kernel.sample(at.out, pairs.pair()) {
                 white.branch();
-                white.tint(&lobe.tint, at.cos_half(turn.inc));
+                white.tint(&lobe.tint.turned(at.out, turn.inc));
                 white.light(&Emission::one(0, 1.0), lobe.factor * turn.weight, 0);
             }
         }
         sums.meetings += 1.0;
-        let (mut arrived, nothing) = (Arrived::default(), Stored::default());
+        let (mut arrived, nothing) = (Arrived::<GROUPS>::default(), Stored::default());
         simd::wide(
             #[inline(always)]
             || {

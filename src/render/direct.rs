@@ -4,6 +4,7 @@ use glam::Vec3A;
 
 use crate::material::Lobe;
 use crate::render::meeting::Meeting;
+use crate::render::plane;
 use crate::render::trail::Trail;
 use crate::scene::Scene;
 use crate::scene::light::{Aim, Lamp};
@@ -32,15 +33,40 @@ pub struct Look {
 
 impl Direct<'_> {
     /// Next event estimation: one place on one lamp, weighed against the chance of running into it.
-    pub fn look(&self, at: &Meeting, lobe: &Lobe, share: f32, mut u: [f32; 2], trail: &mut Trail) {
+    /// `frame` is that of the Stokes vectors of light that leaves, where polarization counts.
+    #[inline(always)]
+    pub fn look(
+        &self,
+        at: &Meeting,
+        lobe: &Lobe,
+        share: f32,
+        mut u: [f32; 2],
+        frame: Option<Vec3A>,
+        trail: &mut Trail,
+    ) {
         let (from, normal) = at.start(lobe.kernel.transmits());
         let Some((lamp, chance)) = self.scene.tree.choose(from, Some(normal), &mut u[0]) else { return };
-        self.look_at(at, lobe, share, &Look { lamp, chance, u, may_run_into: true, shadows: true }, trail);
+        let look = Look { lamp, chance, u, may_run_into: true, shadows: true };
+        self.look_in(at, lobe, share, &look, frame, trail);
+    }
+
+    /// The light of one lamp that leaves through a lobe, times `share`, its polarization left out.
+    #[inline(always)]
+    pub fn look_at(&self, at: &Meeting, lobe: &Lobe, share: f32, look: &Look, trail: &mut Trail) {
+        self.look_in(at, lobe, share, look, None, trail);
     }
 
     /// The light of one lamp that leaves through a lobe, times `share`.
     #[inline(always)]
-    pub fn look_at(&self, at: &Meeting, lobe: &Lobe, share: f32, look: &Look, trail: &mut Trail) {
+    fn look_in(
+        &self,
+        at: &Meeting,
+        lobe: &Lobe,
+        share: f32,
+        look: &Look,
+        mut frame: Option<Vec3A>,
+        trail: &mut Trail,
+    ) {
         let scene = self.scene;
         let transmits = lobe.kernel.transmits();
         let (from, normal) = at.start(transmits);
@@ -67,9 +93,16 @@ impl Direct<'_> {
             };
         let before = trail.len();
         if lobe.tint.turns() {
-            trail.tint(&lobe.tint, at.cos_half(inc));
+            trail.tint(&lobe.tint.turned(at.out, inc));
         }
-        match if open { Some(1.0) } else { self.see_through(from, chosen, &aim, trail) } {
+        if let Some(frame) = &mut frame {
+            plane::follow(at, lobe, inc, frame, trail);
+        }
+        let seen = if open { Some(1.0) } else { self.see_through(from, chosen, &aim, frame.as_mut(), trail) };
+        if let (Some(frame), None) = (frame, aim.point) {
+            plane::lamp(&scene.lamps[chosen], aim.direction, frame, trail);
+        }
+        match seen {
             Some(share) => trail.light(&aim.emission, weight * share, trail.len() - before),
             None => trail.truncate(before),
         }
@@ -89,7 +122,14 @@ impl Direct<'_> {
 
     /// Looks at a lamp through panes and notes their tints; what they leave of all wavelengths alike, or `None` where something
     /// opaque stands between.
-    fn see_through(&self, mut from: Vec3A, lamp: usize, aim: &Aim, trail: &mut Trail) -> Option<f32> {
+    fn see_through(
+        &self,
+        mut from: Vec3A,
+        lamp: usize,
+        aim: &Aim,
+        mut frame: Option<&mut Vec3A>,
+        trail: &mut Trail,
+    ) -> Option<f32> {
         const MOST_PANES: usize = 64;
         let mut share = 1.0;
         for _ in 0..MOST_PANES {
@@ -102,7 +142,13 @@ impl Direct<'_> {
             }
             let (meeting, lobes) = Meeting::with_lobes(self.scene, &hit, aim.direction);
             let lobe = lobes.iter().find(|l| l.kernel.is_straight())?;
-            trail.tint(&lobe.tint, 1.0);
+            trail.tint(&lobe.tint);
+            if let Some(frame) = &mut frame {
+                if lobe.polar.is_none() {
+                    trail.depolarise();
+                }
+                plane::follow(&meeting, lobe, -meeting.out, frame, trail);
+            }
             share *= lobe.factor;
             from = meeting.start(true).0;
         }

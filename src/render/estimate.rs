@@ -4,16 +4,20 @@
 //! come in [`REPLICATES`] nets with randomisations of their own, each of them doubled until the spread of their means says
 //! that the mean is good enough [Owen 1997].
 
+use std::marker::PhantomData;
 use std::sync::Arc;
 
 use glam::Vec3A;
 
 use crate::material::Ink;
 use crate::notes::Notes;
-use crate::render::film::{Bands, Film, Responses};
+use crate::render::beam::{Beam, Stokes};
+use crate::render::comb::Comb;
+use crate::render::film::{Bands, Film, Responses, StokesBands};
 use crate::render::inks::{Inks, Outline};
-use crate::render::lanes::GROUP;
+use crate::render::lanes::{GROUP, Lanes};
 use crate::render::method::{Choice, Method};
+use crate::render::plane;
 use crate::render::sampler::Sampler;
 use crate::render::trail::{Arrived, Trail};
 use crate::render::wavelengths::Carried;
@@ -56,6 +60,8 @@ pub enum What {
     Xyz,
     /// W/sr/m2/nm (W/m2/nm), a number a wavelength.
     Spectrum,
+    /// The same as Stokes vectors: I, Q, U and V of each wavelength.
+    Stokes,
     /// XYZ, and the five alpha-opic radiances (irradiances) of CIE S 026 in W/sr/m2 (W/m2): S, M, L cone, rhodopic,
     /// melanopic.
     Lighting,
@@ -138,7 +144,8 @@ pub fn estimator(scene: Arc<Scene>, quantity: &Quantity, method: &Choice) -> Res
         3 => film::<3>(scene, quantity, method),
         4..=6 => film::<6>(scene, quantity, method),
         7..=10 => film::<10>(scene, quantity, method),
-        11..=20 => film::<20>(scene, quantity, method),
+        11..=12 => film::<12>(scene, quantity, method),
+        13..=20 => film::<20>(scene, quantity, method),
         21..=60 => film::<60>(scene, quantity, method),
         _ => {
             let count = quantity.sampling.count();
@@ -151,11 +158,19 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
     if scene.lamps.is_empty() {
         return invalid!("nothing in the scene gives off light");
     }
-    let lights: Vec<&Spectrum> = scene.lights.iter().map(|l| &l.radiance).collect();
+    // Light that has changed its wavelength is one of its own, whose factors are its radiance.
+    let own = Spectrum::Constant(1.0);
+    let mut lights: Vec<&Spectrum> = scene.lights.iter().map(|l| &l.radiance).collect();
+    let lamps = lights.clone();
+    if scene.fluoresces() {
+        lights.push(&own);
+    }
     let observer = Observer::cie1931()?;
     let Quantity { sampling, range_nm, seed, .. } = quantity.clone();
     let outline = match quantity.what {
-        What::Spectrum => Outline::new(&scene.inks, &scene.srgb, &sampling, None),
+        What::Spectrum | What::Stokes => Outline::new(&scene.inks, &scene.srgb, &sampling, None),
+        // What cannot be seen may come back as light.
+        _ if scene.fluoresces() => Outline::new(&scene.inks, &scene.srgb, &sampling, None),
         // The same paths however many wavelengths they carry.
         What::Xyz | What::Lighting => {
             let fine = Sampling::bins(range_nm.0, range_nm.1, OUTLINED)?;
@@ -163,19 +178,24 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
         }
     };
     let carried = Carried::<G>::new(&scene, &sampling, range_nm)?;
-    let method = method.on(scene.clone(), outline, range_nm, &carried)?;
+    let polarised = scene.polarised || quantity.what == What::Stokes;
+    let method = method.on(scene.clone(), outline, range_nm, (Comb::new(&sampling), polarised), &carried)?;
     let all: Vec<Ink> = scene.inks.iter().chain(method.inks()).cloned().collect();
-    let inks = Inks::<G>::new(&all, &scene.srgb, &sampling);
+    let inks = Inks::<G>::new(&all, &scene.srgb, &sampling).with_lights(&lamps, &sampling);
     let cmf = observer.cmf.each_ref().map(|c| c.scaled(K_M));
-    let paths = Paths { scene: scene.clone(), method, seed };
+    let paths = Paths { scene: scene.clone(), method, polarised, seed };
     Ok(match quantity.what {
         What::Spectrum => {
             let film = Bands::<G>::new(&lights, &sampling, &observer);
-            Arc::new(Estimator { paths, film, inks })
+            carrying(polarised, paths, film, inks)
+        }
+        What::Stokes => {
+            let film = StokesBands(Bands::<G>::new(&lights, &sampling, &observer));
+            carrying(polarised, paths, film, inks)
         }
         What::Xyz => {
             let film = Responses::<G, 3>::new(&lights, &sampling, range_nm, &cmf);
-            Arc::new(Estimator { paths, film, inks })
+            carrying(polarised, paths, film, inks)
         }
         What::Lighting => {
             let opic = |n: &str| builtin::spectrum(&format!("alphaopic_{n}"));
@@ -183,25 +203,39 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
             let (s, m, l) = (opic("s_cone")?, opic("m_cone")?, opic("l_cone")?);
             let responses = [x, y, z, s, m, l, opic("rhodopic")?, opic("melanopic")?];
             let film = Responses::<G, 8>::new(&lights, &sampling, range_nm, &responses);
-            Arc::new(Estimator { paths, film, inks })
+            carrying(polarised, paths, film, inks)
         }
     })
+}
+
+/// With Stokes vectors, or amounts of light alone.
+fn carrying<const G: usize, F: Film<G> + 'static>(polarised: bool, paths: Paths, film: F, inks: Inks<G>) -> Arc<dyn Estimate> {
+    if polarised {
+        Arc::new(Estimator::<G, F, Stokes<G>> { paths, film, inks, beam: PhantomData })
+    } else {
+        Arc::new(Estimator::<G, F, Lanes<G>> { paths, film, inks, beam: PhantomData })
+    }
 }
 
 /// What paths need to know whatever the wavelengths.
 struct Paths {
     scene: Arc<Scene>,
     method: Box<dyn Method>,
+    polarised: bool,
     seed: u32,
 }
 
 impl Paths {
     /// A ray from the eye through a place of the pixel.
-    fn eye(&self, x: u32, y: u32, sampler: &Sampler) -> Option<(Vec3A, Vec3A)> {
+    fn eye(&self, x: u32, y: u32, sampler: &Sampler, trail: &mut Trail) -> Option<(Vec3A, Vec3A)> {
         let camera = self.scene.camera.as_ref()?;
         let place = sampler.pair(0);
         let lens = if camera.has_lens() { sampler.pair(1) } else { [0.0; 2] };
-        camera.ray(f64::from(x) + f64::from(place[0]), f64::from(y) + f64::from(place[1]), lens)
+        let (x, y) = (f64::from(x) + f64::from(place[0]), f64::from(y) + f64::from(place[1]));
+        if self.polarised {
+            trail.frame = camera.rightwards(x, y)?;
+        }
+        camera.ray(x, y, lens)
     }
 
     /// Follows one path and leaves its trail.
@@ -210,11 +244,12 @@ impl Paths {
         match *probe {
             Probe::Pixel { x, y } => {
                 let sampler = Sampler::new(x, y, index, seed);
-                if let Some((origin, direction)) = self.eye(x, y, &sampler) {
+                if let Some((origin, direction)) = self.eye(x, y, &sampler, trail) {
                     self.method.radiance(origin, direction, &sampler, trail);
                 }
             }
             Probe::Ray { origin, direction, number } => {
+                trail.frame = plane::across(direction);
                 self.method.radiance(origin, direction, &numbered(number, index, seed), trail);
             }
             Probe::Irradiance { point, normal, number } => {
@@ -225,22 +260,22 @@ impl Paths {
 }
 
 /// Paths with the wavelengths they carry and what becomes of them.
-struct Estimator<const G: usize, F> {
+struct Estimator<const G: usize, F, B> {
     paths: Paths,
     film: F,
     inks: Inks<G>,
+    beam: PhantomData<fn() -> B>,
 }
 
 /// Room to work in.
-#[derive(Default)]
-struct Desk<const G: usize> {
+struct Desk<const G: usize, B> {
     trail: Trail,
-    arrived: Arrived<G>,
+    arrived: Arrived<G, B>,
 }
 
-impl<const G: usize, F: Film<G>> Estimator<G, F> {
+impl<const G: usize, F: Film<G>, B: Beam<G>> Estimator<G, F, B> {
     /// Paths `from..to` of all replicates.
-    fn add(&self, probe: &Probe, (from, to): (u32, u32), sums: &mut [F::Pixel], desk: &mut Desk<G>) {
+    fn add(&self, probe: &Probe, (from, to): (u32, u32), sums: &mut [F::Pixel], desk: &mut Desk<G, B>) {
         for (replicate, sum) in sums.iter_mut().enumerate() {
             for index in from..to {
                 desk.trail.clear();
@@ -250,7 +285,7 @@ impl<const G: usize, F: Film<G>> Estimator<G, F> {
         }
     }
 
-    fn expose(&self, desk: &mut Desk<G>, sum: &mut F::Pixel) {
+    fn expose(&self, desk: &mut Desk<G, B>, sum: &mut F::Pixel) {
         let stored = self.paths.method.stored();
         simd::wide(
             #[inline(always)]
@@ -276,7 +311,7 @@ fn unit(probe: &Probe) -> f64 {
     }
 }
 
-impl<const G: usize, F: Film<G>> Estimate for Estimator<G, F> {
+impl<const G: usize, F: Film<G>, B: Beam<G>> Estimate for Estimator<G, F, B> {
     fn components(&self) -> usize {
         self.film.components()
     }
@@ -288,7 +323,7 @@ impl<const G: usize, F: Film<G>> Estimate for Estimator<G, F> {
     fn measure(&self, probes: &[Probe], effort: Effort, out: &mut [f32]) -> [Quality; NEIGHBOURS] {
         let mut quality = [Quality::default(); NEIGHBOURS];
         let n = self.film.components();
-        let mut desk = Desk::default();
+        let mut desk = Desk::<G, B> { trail: Trail::default(), arrived: Arrived::default() };
         let (target, most) = match effort {
             Effort::Paths(paths) => {
                 for ((probe, out), quality) in probes.iter().zip(out.chunks_exact_mut(n)).zip(&mut quality) {
@@ -329,7 +364,7 @@ impl<const G: usize, F: Film<G>> Estimate for Estimator<G, F> {
     }
 }
 
-impl<const G: usize, F: Film<G>> Estimator<G, F> {
+impl<const G: usize, F: Film<G>, B: Beam<G>> Estimator<G, F, B> {
     fn quality(&self, probe: &Probe, sums: &[F::Pixel], paths: u32) -> Quality {
         let r = f64::from(REPLICATES);
         let factor = unit(probe) / f64::from(paths);

@@ -1,5 +1,6 @@
 //! Where light arrives: what a pixel makes of a light's spectrum and what the way left of it.
 
+use crate::render::beam::Beam;
 use crate::render::lanes::{GROUP, Lanes};
 use crate::spectral::spectrum::{breaks, gauss};
 use crate::spectral::{Observer, Sampling, Spectrum};
@@ -16,7 +17,7 @@ pub trait Film<const G: usize>: Send + Sync {
     fn black(&self) -> Self::Pixel;
 
     /// Adds the spectrum of light number `light` times a factor a wavelength.
-    fn expose(&self, pixel: &mut Self::Pixel, light: u32, factors: &Lanes<G>);
+    fn expose<B: Beam<G>>(&self, pixel: &mut Self::Pixel, light: u32, beam: &B);
 
     /// Luminance of a sum, for its error: cd/m2, or, of bands without visible light, any positive sum of them.
     fn luminance(&self, pixel: &Self::Pixel) -> f64;
@@ -59,13 +60,8 @@ impl<const G: usize> Film<G> for Bands<G> {
     }
 
     #[inline(always)]
-    fn expose(&self, pixel: &mut Self::Pixel, light: u32, factors: &Lanes<G>) {
-        let light = &self.emission[light as usize];
-        for ((sums, factors), light) in pixel.iter_mut().zip(&factors.0).zip(&light.0) {
-            for i in 0..GROUP {
-                sums[i] += f64::from(factors[i] * light[i]);
-            }
-        }
+    fn expose<B: Beam<G>>(&self, pixel: &mut Self::Pixel, light: u32, beam: &B) {
+        add(pixel, beam.intensity(), &self.emission[light as usize]);
     }
 
     fn luminance(&self, pixel: &Self::Pixel) -> f64 {
@@ -78,6 +74,53 @@ impl<const G: usize> Film<G> for Bands<G> {
 
     fn develop(&self, pixel: &Self::Pixel, factor: f64, out: &mut [f32]) {
         out.iter_mut().zip(pixel.as_flattened()).for_each(|(o, p)| *o = (p * factor) as f32);
+    }
+}
+
+#[inline(always)]
+fn add<const G: usize>(sums: &mut [[f64; GROUP]; G], factors: &Lanes<G>, light: &Lanes<G>) {
+    for ((sums, factors), light) in sums.iter_mut().zip(&factors.0).zip(&light.0) {
+        for i in 0..GROUP {
+            sums[i] += f64::from(factors[i] * light[i]);
+        }
+    }
+}
+
+/// Stokes vectors of spectral radiance: I, Q, U and V of the first wavelength, then of the second.
+pub struct StokesBands<const G: usize>(pub Bands<G>);
+
+impl<const G: usize> Film<G> for StokesBands<G> {
+    type Pixel = [[[f64; GROUP]; G]; 4];
+
+    fn components(&self) -> usize {
+        4 * self.0.count
+    }
+
+    fn black(&self) -> Self::Pixel {
+        [[[0.0; GROUP]; G]; 4]
+    }
+
+    #[inline(always)]
+    fn expose<B: Beam<G>>(&self, pixel: &mut Self::Pixel, light: u32, beam: &B) {
+        let light = &self.0.emission[light as usize];
+        match beam.stokes() {
+            Some(vector) => pixel.iter_mut().zip(vector).for_each(|(sums, lanes)| add(sums, lanes, light)),
+            None => add(&mut pixel[0], beam.intensity(), light),
+        }
+    }
+
+    fn luminance(&self, pixel: &Self::Pixel) -> f64 {
+        self.0.luminance(&pixel[0])
+    }
+
+    fn add(&self, pixel: &mut Self::Pixel, other: &Self::Pixel) {
+        pixel.iter_mut().zip(other).for_each(|(a, b)| self.0.add(a, b));
+    }
+
+    fn develop(&self, pixel: &Self::Pixel, factor: f64, out: &mut [f32]) {
+        for (i, out) in out.chunks_exact_mut(4).enumerate() {
+            out.iter_mut().zip(pixel).for_each(|(o, p)| *o = (p.as_flattened()[i] * factor) as f32);
+        }
     }
 }
 
@@ -155,9 +198,9 @@ impl<const G: usize, const R: usize> Film<G> for Responses<G, R> {
     }
 
     #[inline(always)]
-    fn expose(&self, pixel: &mut [f64; R], light: u32, factors: &Lanes<G>) {
+    fn expose<B: Beam<G>>(&self, pixel: &mut [f64; R], light: u32, beam: &B) {
         for (sum, row) in pixel.iter_mut().zip(&self.weights[light as usize]) {
-            *sum += f64::from(row.dot(factors));
+            *sum += f64::from(row.dot(beam.intensity()));
         }
     }
 

@@ -1,39 +1,109 @@
 //! A scene's spectra in lanes, and what a tint makes of light that comes by.
 
-use crate::material::{Base, Ink, Tint, fresnel, tint};
+use std::sync::{Arc, OnceLock};
+
+use crate::material::tint::Rulings;
+use crate::material::{Base, Ink, Polar, Tint, tint};
+use crate::optics::aperture::Airy;
+use crate::optics::fresnel;
+use crate::optics::polarization::Diattenuation;
+use crate::render::films::Films;
 use crate::render::lanes::{GROUP, Lanes};
+use crate::render::reradiate::Dye;
 use crate::spectral::{Sampling, Spectrum};
 
 /// A scene's inks sampled to 8 G lanes.
 pub struct Inks<const G: usize> {
     inks: Vec<Sampled<G>>,
+    /// As they were, for what is worked out a wavelength at a time.
+    plain: Vec<Ink>,
     rgb: [Lanes<G>; 3],
+    /// The wavelength of each lane, nm; of those beyond the last, the last's.
+    nm: Lanes<G>,
+    count: usize,
+    /// Radiance of each light, for what does not keep its wavelength; `None` where that is left out.
+    lights: Option<Vec<Lanes<G>>>,
 }
 
 /// One ink in lanes.
 enum Sampled<const G: usize> {
     One(Lanes<G>),
     Index(Lanes<G>, Lanes<G>),
+    Films(Films<G>),
+    Dye(Dye<G>),
+    Grating(Arc<Rulings>, Lanes<G>),
+}
+
+/// What lanes stand for.
+struct Cells {
+    /// From and to, nm.
+    edges: Vec<(f64, f64)>,
+}
+
+impl Cells {
+    fn of(sampling: &Sampling) -> Cells {
+        let edges = |i| {
+            let (a, b) = sampling.edges(i);
+            (a.min(b), a.max(b))
+        };
+        Cells { edges: (0..sampling.count()).map(edges).collect() }
+    }
+
+    fn middles<const G: usize>(&self) -> Lanes<G> {
+        let last = self.edges.last().map_or(555.0, |(a, b)| 0.5 * (a + b));
+        let middle = |i: usize| self.edges.get(i).map_or(last, |(a, b)| 0.5 * (a + b));
+        Lanes::from_values(&(0..GROUP * G).map(middle).collect::<Vec<_>>())
+    }
 }
 
 impl<const G: usize> Inks<G> {
     /// Samples a scene's inks and the basis of its RGB colours.
     pub fn new(inks: &[Ink], rgb: &[Spectrum; 3], sampling: &Sampling) -> Self {
-        Self::by(inks, rgb, |s| Lanes::from_values(&sampling.sample(s)))
+        Self::by(inks, rgb, &Cells::of(sampling), |s| Lanes::from_values(&sampling.sample(s)), Some(sampling))
     }
 
-    fn by(inks: &[Ink], rgb: &[Spectrum; 3], lanes: impl Fn(&Spectrum) -> Lanes<G>) -> Self {
+    /// The same, with the lights that fluorescence needs to know; what it makes of them is light number `lights.len()`, of radiance 1.
+    pub fn with_lights(mut self, lights: &[&Spectrum], sampling: &Sampling) -> Self {
+        if self.inks.iter().any(|i| matches!(i, Sampled::Dye(_))) {
+            let lanes = |l: &&Spectrum| Lanes::from_values(&sampling.sample(l));
+            self.lights = Some(lights.iter().map(lanes).collect());
+        }
+        self
+    }
+
+    fn by(
+        inks: &[Ink],
+        rgb: &[Spectrum; 3],
+        cells: &Cells,
+        lanes: impl Fn(&Spectrum) -> Lanes<G>,
+        sampling: Option<&Sampling>,
+    ) -> Self {
         let sampled = |ink: &Ink| match ink {
             Ink::Reflectance(s) | Ink::Depth(s) => Sampled::One(lanes(s)),
             Ink::Index { n, k } => Sampled::Index(lanes(n), lanes(k)),
+            Ink::Film(stack) => Sampled::Films(Films::new(stack, &cells.edges)),
+            Ink::Grating(rulings) => Sampled::Grating(rulings.clone(), lanes(&rulings.reflectance)),
+            Ink::Reradiation { reflectance, dye } => match sampling {
+                Some(sampling) => Sampled::Dye(Dye::new(lanes(reflectance), dye, sampling)),
+                None => Sampled::One(lanes(reflectance)),
+            },
         };
-        Inks { inks: inks.iter().map(sampled).collect(), rgb: rgb.each_ref().map(lanes) }
+        Inks {
+            inks: inks.iter().map(sampled).collect(),
+            plain: inks.to_vec(),
+            rgb: rgb.each_ref().map(&lanes),
+            nm: cells.middles(),
+            count: cells.edges.len(),
+            lights: None,
+        }
     }
 
     #[inline(always)]
     fn one(&self, i: u32) -> &Lanes<G> {
         match &self.inks[i as usize] {
-            Sampled::One(lanes) | Sampled::Index(lanes, _) => lanes,
+            Sampled::One(lanes) | Sampled::Index(lanes, _) | Sampled::Grating(_, lanes) => lanes,
+            Sampled::Dye(dye) => &dye.reflectance,
+            Sampled::Films(films) => &films.black,
         }
     }
 
@@ -53,32 +123,110 @@ impl<const G: usize> Inks<G> {
         }
     }
 
-    /// What a tint leaves of light; `cos_half` is the cosine between half vector and direction.
+    /// What a tint leaves of light; it is turned where it turns.
     #[inline(always)]
-    pub fn tint(&self, light: &mut Lanes<G>, tint: &Tint, cos_half: f32) {
+    pub fn tint(&self, light: &mut Lanes<G>, tint: &Tint) {
         match tint {
             Tint::Base(Base::Ink(i)) => light.multiply(self.one(*i)),
             Tint::Base(Base::Grey(r)) => light.scale(*r),
-            other => self.tint_slowly(light, other, cos_half),
+            other => self.tint_slowly(light, other),
         }
     }
 
     #[inline(never)]
-    fn tint_slowly(&self, light: &mut Lanes<G>, tint: &Tint, cos_half: f32) {
-        match tint {
+    fn tint_slowly(&self, light: &mut Lanes<G>, tint: &Tint) {
+        match *tint {
             Tint::None => {}
-            Tint::Base(base) => light.multiply(&self.mixed(base)),
-            Tint::Beneath(base, k) => light.multiply(&self.mixed(base).map(|r| tint::beneath(r, *k))),
-            Tint::Metal(i) => {
-                if let Sampled::Index(n, k) = &self.inks[*i as usize] {
-                    light.multiply(&n.map2(k, |n, k| fresnel::conductor(cos_half, n, k)));
+            Tint::Base(base) => light.multiply(&self.mixed(&base)),
+            Tint::Beneath(base, k) => light.multiply(&self.mixed(&base).map(|r| tint::beneath(r, k))),
+            Tint::Metal { index, cos_half } => light.multiply(&self.metal(index, cos_half)),
+            Tint::Repeated { mean, albedo } => light.multiply(&self.one(mean).map(|r| tint::repeated(r, albedo))),
+            Tint::Panes { depth, stack, back } => {
+                light.multiply(&self.one(depth).map(|d| stack.share(d, back)));
+            }
+            Tint::Boundary { index, cos, front, through } => {
+                light.multiply(&self.one(index).map(|n| tint::boundary(cos, n, front, through)));
+            }
+            Tint::Facet { index, front, cos_half } => {
+                light.multiply(&self.one(index).map(|n| tint::boundary(cos_half, n, front, false)));
+            }
+            Tint::Squeezed { index, front } => light.multiply(&self.one(index).map(|n| tint::squeezed(n, front))),
+            Tint::Film { film, cos, through } => match &self.inks[film as usize] {
+                Sampled::Films(films) => light.multiply(&films.share(cos, through)),
+                _ => *light = Lanes::splat(0.0),
+            },
+            Tint::Inside { depth, metres } => light.multiply(&self.one(depth).map(|d| (-d * metres).exp())),
+            Tint::Fluorescent(i) => light.multiply(self.one(i)),
+            Tint::Coherent { index, rough, cos } => {
+                light.multiply(&self.metal(index, cos).map2(&self.nm, |r, nm| r * rough.coherent(cos, nm)));
+            }
+            Tint::Incoherent { index, rough, cosines } => {
+                let scattering = tint::Scattering::new(&rough, cosines);
+                light.multiply(&self.metal(index, cosines[2]).map2(&self.nm, |r, nm| r * scattering.at(nm)));
+            }
+            Tint::Grating { rulings, order, out: [x, y] } => {
+                if let Sampled::Grating(r, reflectance) = &self.inks[rulings as usize] {
+                    light.multiply(&reflectance.map2(&self.nm, |k, nm| k * r.share(order, x, y, nm)));
                 }
             }
-            Tint::Repeated { mean, albedo } => light.multiply(&self.one(*mean).map(|r| tint::repeated(r, *albedo))),
-            Tint::Panes { depth, stack, back } => {
-                light.multiply(&self.one(*depth).map(|d| stack.share(d, *back)));
+            Tint::Window(window) => {
+                for (i, lane) in light.0.as_flattened_mut().iter_mut().enumerate() {
+                    *lane *= window.share(i);
+                }
+            }
+            Tint::Airy { v_nm } => light.multiply(&self.airy(v_nm)),
+        }
+    }
+
+    fn metal(&self, index: u32, cos: f32) -> Lanes<G> {
+        match &self.inks[index as usize] {
+            Sampled::Index(n, k) => n.map2(k, |n, k| fresnel::conductor(cos, n, k)),
+            _ => Lanes::splat(0.0),
+        }
+    }
+
+    /// Each wavelength's density of a direction over the mean of all by which it was drawn.
+    fn airy(&self, v_nm: f32) -> Lanes<G> {
+        static AIRY: OnceLock<Airy> = OnceLock::new();
+        let airy = AIRY.get_or_init(Airy::new);
+        let mut density = self.nm.map(|nm| (airy.drawn(f64::from(v_nm / nm)) / f64::from(nm * nm)) as f32);
+        let sum: f32 = density.0.as_flattened()[..self.count].iter().sum();
+        density.scale(if sum > 0.0 { self.count as f32 / sum } else { 0.0 });
+        density
+    }
+
+    /// What a surface does to the polarization of each wavelength, over what it does to the amount.
+    pub fn polar(&self, polar: &Polar, cos: f32) -> [Lanes<G>; 3] {
+        if let Some(Diattenuation { a, b, c }) = polar.constant(cos) {
+            return [a, b, c].map(Lanes::splat);
+        }
+        if let Polar::Film { film, through } = *polar
+            && let Sampled::Films(films) = &self.inks[film as usize]
+        {
+            return films.polar(cos, through);
+        }
+        let mut all = [Lanes::splat(0.0); 3];
+        for i in 0..self.count {
+            let (g, j) = (i / GROUP, i % GROUP);
+            let Diattenuation { a, b, c } = polar.at(self.nm.0[g][j].into(), cos, &self.plain).relative();
+            (all[0].0[g][j], all[1].0[g][j], all[2].0[g][j]) = (a, b, c);
+        }
+        all
+    }
+
+    /// Number of what fluorescence makes of lights, and what ink number `i` makes of so much of them.
+    #[inline(always)]
+    pub fn reradiate(&self, i: u32, arrived: &[(u32, &Lanes<G>)]) -> Option<(u32, Lanes<G>)> {
+        let (Some(lights), Sampled::Dye(dye)) = (&self.lights, &self.inks[i as usize]) else { return None };
+        let own = lights.len() as u32;
+        let mut sum = Lanes::splat(0.0);
+        for (light, factors) in arrived {
+            match lights.get(*light as usize) {
+                Some(radiance) => sum.add_scaled(&radiance.map2(factors, |a, b| a * b), 1.0),
+                None => sum.add_scaled(factors, 1.0),
             }
         }
+        Some((own, dye.reradiated(&sum)))
     }
 }
 
@@ -117,13 +265,22 @@ impl Outline {
             let parts = values.chunks(each).zip(counts.chunks(each)).zip(&sums);
             Lanes::from_values(&parts.map(|((v, c), sum)| mean(v, c, *sum)).collect::<Vec<_>>())
         };
-        Outline { inks: Inks::by(inks, rgb, lanes), shares }
+        let edges: Vec<(f64, f64)> = Cells::of(sampling).edges;
+        let joined = |c: &[(f64, f64)]| c.iter().fold((f64::MAX, 0.0f64), |e, c| (e.0.min(c.0), e.1.max(c.1)));
+        let cells = Cells { edges: edges.chunks(each).map(joined).collect() };
+        Outline { inks: Inks::by(inks, rgb, &cells, lanes, None), shares }
     }
 
     /// What a tint leaves.
     #[inline]
-    pub fn tint(&self, carried: &mut Lanes<1>, tint: &Tint, cos_half: f32) {
-        self.inks.tint(carried, tint, cos_half);
+    pub fn tint(&self, carried: &mut Lanes<1>, tint: &Tint) {
+        match tint {
+            // Which of the wavelengths a path still carries is the same for all its parts.
+            Tint::Window(_) | Tint::Airy { .. } => {}
+            // All that goes in may come out anywhere.
+            Tint::Fluorescent(_) => *carried = Lanes::splat(carried.largest()),
+            tint => self.inks.tint(carried, tint),
+        }
     }
 
     /// How much that is in all.

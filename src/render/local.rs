@@ -87,7 +87,7 @@ struct Ambient {
 impl Ambient {
     fn note(&self, weight: f32, trail: &mut Trail) {
         for (light, tint) in &self.tints {
-            trail.tint(tint, 1.0);
+            trail.tint(tint);
             trail.light(&Emission::one(*light, 1.0), weight, 1);
         }
     }

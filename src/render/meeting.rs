@@ -35,13 +35,30 @@ impl Meeting {
         meeting
     }
 
+    /// Turns the first tangent along a direction of the scene; one along the normal says nothing.
+    pub fn align(&mut self, axis: Vec3A) {
+        let [.., z] = self.axes;
+        let x = (axis - z * axis.dot(z)).normalize_or_zero();
+        if x != Vec3A::ZERO {
+            let back = self.world(self.out);
+            self.axes = [x, z.cross(x), z];
+            self.out = self.local(back);
+        }
+    }
+
     /// The same with all the lobes of the scene's material there.
     pub fn with_lobes<'a>(scene: &'a Scene, hit: &Hit, direction: Vec3A) -> (Meeting, Lobes<'a>) {
         let front = hit.normal.dot(direction) < 0.0;
         let (site, shading) = scene.site(hit, front);
-        let meeting = Meeting::new(hit, front, shading, direction);
+        let mut meeting = Meeting::new(hit, front, shading, direction);
+        let material = &scene.materials[hit.surface.material as usize];
+        if scene.effects.aligns
+            && let Some(axis) = material.axis(&site)
+        {
+            meeting.align(axis.as_vec3a());
+        }
         let mut lobes = Lobes::default();
-        scene.materials[hit.surface.material as usize].lobes(&site, meeting.out, &mut lobes);
+        material.lobes(&site, meeting.out, &mut lobes);
         (meeting, lobes)
     }
 
@@ -65,10 +82,5 @@ impl Meeting {
     pub fn start(&self, transmits: bool) -> (Vec3A, Vec3A) {
         let side = if transmits { -self.side } else { self.side };
         (ray::offset(self.point, side, self.reach), side)
-    }
-
-    /// Cosine between half vector and direction of a reflection.
-    pub fn cos_half(&self, inc: Vec3A) -> f32 {
-        (self.out + inc).normalize_or_zero().dot(self.out).clamp(0.0, 1.0)
     }
 }

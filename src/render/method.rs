@@ -8,6 +8,7 @@ use glam::Vec3A;
 use crate::Result;
 use crate::material::Ink;
 use crate::notes::Notes;
+use crate::render::comb::Comb;
 use crate::render::inks::Outline;
 use crate::render::local::{self, Local};
 use crate::render::path::{self, PathTracing};
@@ -56,16 +57,18 @@ pub enum Choice {
 }
 
 impl Choice {
-    /// Makes the method ready for a scene, of which wavelengths in `range_nm` count.
+    /// Makes the method ready for a scene, of which wavelengths in `range_nm` count; those of a picture, and whether their polarization
+    /// does, are path tracing's.
     pub fn on(
         &self,
         scene: Arc<Scene>,
         outline: Outline,
         range_nm: (f64, f64),
+        (comb, polarised): (Comb, bool),
         wavelengths: &dyn Wavelengths,
     ) -> Result<Box<dyn Method>> {
         Ok(match self {
-            Choice::Path(options) => Box::new(PathTracing::new(scene, outline, *options)),
+            Choice::Path(options) => Box::new(PathTracing::new(scene, outline, *options, comb, polarised)),
             Choice::Local(options) => Box::new(Local::new(scene, *options, range_nm)?),
             Choice::Photon(options) => Box::new(PhotonMap::new(scene, outline, options, wavelengths)?),
             Choice::Radiosity(options) => Box::new(Radiosity::new(scene, options, wavelengths)?),

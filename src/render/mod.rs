@@ -7,10 +7,13 @@
 //! [`estimate::Estimate`] that a pixel or a ray is.
 
 pub mod balance;
+pub mod beam;
 pub mod checkpoint;
+pub mod comb;
 pub mod direct;
 pub mod estimate;
 pub mod film;
+pub mod films;
 pub mod inks;
 pub mod lanes;
 pub mod local;
@@ -19,9 +22,11 @@ pub mod method;
 pub mod path;
 pub mod photon;
 pub mod picture;
+pub mod plane;
 pub mod radiosity;
 pub mod rays;
 pub mod report;
+pub mod reradiate;
 pub mod sampler;
 pub mod shade;
 pub mod solution;

@@ -3,7 +3,11 @@
 //! Where a path meets a surface one of the material's lobes is chosen by lot; the lamps are asked for light through that
 //! lobe, and the path goes on along it. Where it goes is the same for all wavelengths. What happens to them is noted on the
 //! path's [`Trail`]; on the way only an outline of it is known, eight numbers that say how much the path still carries.
+//!
+//! In scenes with effects beyond Eq. (1) a path may split where wavelengths go apart ([`Comb`]), knows the body that it is in and,
+//! where polarization counts, the frame of its Stokes vectors ([`plane`]). All that is compiled apart: other scenes have none of it.
 
+use std::marker::PhantomData;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -11,11 +15,13 @@ use glam::Vec3A;
 
 use crate::material::{Lobe, Lobes, Tint};
 use crate::notes::Notes;
+use crate::render::comb::{Comb, Parts};
 use crate::render::direct::{Direct, power_heuristic};
 use crate::render::inks::Outline;
 use crate::render::lanes::Lanes;
 use crate::render::meeting::Meeting;
 use crate::render::method::Method;
+use crate::render::plane;
 use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
 use crate::scene::light::Lamp;
@@ -34,6 +40,9 @@ const MOST_BOUNCES: u32 = 2048;
 const FIRST_PAIR: u32 = 2;
 const PAIRS: u32 = 3;
 
+/// The pair that says where wavelengths lie at which a path splits: one for the whole of it.
+const WAVELENGTHS: u32 = 0x4000_0000;
+
 /// What can be asked of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
@@ -49,29 +58,44 @@ pub struct PathTracing {
     scene: Arc<Scene>,
     outline: Outline,
     options: Options,
+    comb: Comb,
+    polarised: bool,
     /// Paths that were ended at [`MOST_BOUNCES`].
     endless: AtomicU64,
 }
 
 impl PathTracing {
-    /// Of a scene whose spectra have this outline.
-    pub fn new(scene: Arc<Scene>, outline: Outline, options: Options) -> PathTracing {
-        PathTracing { scene, outline, options, endless: AtomicU64::new(0) }
+    /// Of a scene whose spectra have this outline, for these wavelengths; with Stokes vectors or without.
+    pub fn new(scene: Arc<Scene>, outline: Outline, options: Options, comb: Comb, polarised: bool) -> PathTracing {
+        PathTracing { scene, outline, options, comb, polarised, endless: AtomicU64::new(0) }
     }
 
-    fn tracer(&self) -> Tracer<'_> {
-        let PathTracing { scene, outline, options: Options { max_bounces, split }, endless } = self;
-        Tracer { scene, outline, max_bounces: *max_bounces, split: *split, endless }
+    fn has_effects(&self) -> bool {
+        self.polarised || self.scene.effects.any()
+    }
+
+    fn tracer<E: Beside>(&self) -> Tracer<'_, E> {
+        let PathTracing { scene, outline, options: Options { max_bounces, split }, comb, polarised, endless } = self;
+        let (max_bounces, split, polarised) = (*max_bounces, *split, *polarised);
+        Tracer { scene, outline, max_bounces, split, comb, polarised, endless, beside: PhantomData }
     }
 }
 
 impl Method for PathTracing {
     fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
-        self.tracer().radiance(origin, direction, sampler, trail);
+        if self.has_effects() {
+            self.tracer::<Known>().radiance(origin, direction, sampler, trail);
+        } else {
+            self.tracer::<()>().radiance(origin, direction, sampler, trail);
+        }
     }
 
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
-        self.tracer().irradiance(point, normal, sampler, trail);
+        if self.has_effects() {
+            self.tracer::<Known>().irradiance(point, normal, sampler, trail);
+        } else {
+            self.tracer::<()>().irradiance(point, normal, sampler, trail);
+        }
     }
 
     fn report(&self, notes: &Notes) {
@@ -85,18 +109,68 @@ impl Method for PathTracing {
     }
 }
 
-/// Traces paths through a scene. Cheap to make.
-struct Tracer<'a> {
+/// Traces paths through a scene, with effects or without. Cheap to make.
+struct Tracer<'a, E> {
     scene: &'a Scene,
     outline: &'a Outline,
     max_bounces: u32,
     split: u32,
+    comb: &'a Comb,
+    polarised: bool,
     endless: &'a AtomicU64,
+    beside: PhantomData<E>,
+}
+
+/// What a path knows beside; nothing where there are no effects.
+trait Beside: Copy {
+    /// There are.
+    const EFFECTS: bool;
+
+    /// At its start.
+    fn new(nm: Option<f32>, frame: Vec3A) -> Self;
+
+    /// What it knows.
+    fn known(&mut self) -> Option<&mut Known>;
+}
+
+impl Beside for () {
+    const EFFECTS: bool = false;
+
+    fn new(_: Option<f32>, _: Vec3A) {}
+
+    fn known(&mut self) -> Option<&mut Known> {
+        None
+    }
+}
+
+impl Beside for Known {
+    const EFFECTS: bool = true;
+
+    fn new(nm: Option<f32>, frame: Vec3A) -> Known {
+        Known { nm, inside: None, beyond: None, frame }
+    }
+
+    fn known(&mut self) -> Option<&mut Known> {
+        Some(self)
+    }
+}
+
+/// What a path knows besides where there are effects.
+#[derive(Clone, Copy)]
+struct Known {
+    /// The only wavelength that says where it goes, nm; all of them do until it splits.
+    nm: Option<f32>,
+    /// Number of the optical depth of what it is in.
+    inside: Option<u32>,
+    /// The same beyond the surface that it has met.
+    beyond: Option<u32>,
+    /// Axis of the Stokes vectors of light that comes against its way.
+    frame: Vec3A,
 }
 
 /// A path on its way.
 #[derive(Clone)]
-struct State {
+struct State<E> {
     origin: Vec3A,
     direction: Vec3A,
     way: Way,
@@ -107,12 +181,7 @@ struct State {
     share: f32,
     /// What the tints have left of each eighth of the wavelengths.
     outline: Lanes<1>,
-}
-
-impl State {
-    fn new(origin: Vec3A, direction: Vec3A, way: Way) -> State {
-        State { origin, direction, way, bounce: 0, weight: 1.0, share: 1.0, outline: Lanes::splat(1.0) }
-    }
+    beside: E,
 }
 
 /// How a path came by its direction.
@@ -124,11 +193,19 @@ enum Way {
     Lobe { pdf: f32, from: Vec3A, normal: Vec3A },
 }
 
-impl<'a> Tracer<'a> {
+impl<'a, E: Beside> Tracer<'a, E> {
+    fn start(&self, origin: Vec3A, direction: Vec3A, way: Way, frame: Vec3A) -> State<E> {
+        let beside = E::new(self.comb.single(), frame);
+        State { origin, direction, way, bounce: 0, weight: 1.0, share: 1.0, outline: Lanes::splat(1.0), beside }
+    }
+
     /// Follows one path from the eye and leaves its trail: radiance.
     fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
-        let mut state = State::new(origin, direction, Way::Straight);
+        let mut state = self.start(origin, direction, Way::Straight, trail.frame);
         let Some((meeting, lobe)) = self.arrive(&mut state, sampler, trail) else { return };
+        if let Some(parts) = self.parts(&mut state, &meeting, &lobe, sampler) {
+            return self.go_apart(&state, &meeting, &lobe, &parts, sampler, trail);
+        }
         if self.split == 1 || lobe.kernel.is_specular() {
             if self.go_on(&mut state, &meeting, &lobe, sampler, trail) {
                 self.follow(state, sampler, trail);
@@ -151,11 +228,16 @@ impl<'a> Tracer<'a> {
     /// show it.
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         let meeting = Meeting::facing(point, normal);
-        self.direct().look(&meeting, &Lobe::WHITE, 1.0, sampler.pair(0), trail);
+        let frame = self.polarised.then_some(Vec3A::X);
+        self.direct().look(&meeting, &Lobe::WHITE, 1.0, sampler.pair(0), frame, trail);
         if let Some(turn) = Lobe::WHITE.kernel.sample(Vec3A::Z, sampler.pair(1)) {
             let (origin, normal) = meeting.start(false);
             let way = Way::Lobe { pdf: turn.pdf, from: origin, normal };
-            self.follow(State::new(origin, meeting.world(turn.inc), way), sampler, trail);
+            let direction = meeting.world(turn.inc);
+            if self.polarised {
+                trail.depolarise();
+            }
+            self.follow(self.start(origin, direction, way, plane::across(direction)), sampler, trail);
         }
     }
 
@@ -164,22 +246,56 @@ impl<'a> Tracer<'a> {
     }
 
     /// Follows a path to its end.
-    fn follow(&self, mut state: State, sampler: &Sampler, trail: &mut Trail) {
+    fn follow(&self, mut state: State<E>, sampler: &Sampler, trail: &mut Trail) {
         while let Some((meeting, lobe)) = self.arrive(&mut state, sampler, trail) {
+            if let Some(parts) = self.parts(&mut state, &meeting, &lobe, sampler) {
+                return self.go_apart(&state, &meeting, &lobe, &parts, sampler, trail);
+            }
             if !self.go_on(&mut state, &meeting, &lobe, sampler, trail) {
                 return;
             }
         }
     }
 
+    /// Into how many parts a path splits at a lobe, if it does.
+    #[inline(always)]
+    fn parts(&self, state: &mut State<E>, meeting: &Meeting, lobe: &Lobe, sampler: &Sampler) -> Option<Parts> {
+        if state.beside.known()?.nm.is_some() || !self.scene.effects.disperses {
+            return None;
+        }
+        let spread = lobe.kernel.spread(meeting.out);
+        if spread > 0.0 { self.comb.parts(spread, sampler.pair(WAVELENGTHS)[0]) } else { None }
+    }
+
+    /// Leaves a surface in parts, each with the wavelengths that go about its way. All take the same numbers: what differs between
+    /// them is their wavelength alone.
+    #[inline(never)]
+    fn go_apart(&self, state: &State<E>, meeting: &Meeting, lobe: &Lobe, parts: &Parts, sampler: &Sampler, trail: &mut Trail) {
+        trail.fork();
+        for k in 0..parts.count {
+            let (window, nm) = self.comb.part(parts, k);
+            let mut state = state.clone();
+            state.beside.known().into_iter().for_each(|known| known.nm = Some(nm));
+            trail.branch();
+            trail.tint(&Tint::Window(window));
+            if self.go_on(&mut state, meeting, lobe, sampler, trail) {
+                self.follow(state, sampler, trail);
+            }
+        }
+        trail.join();
+    }
+
     /// Goes to the next surface, takes its light and chooses a lobe by lot; `None` where the path ends there.
     #[inline(always)]
-    fn arrive(&self, state: &mut State, sampler: &Sampler, trail: &mut Trail) -> Option<(Meeting, Lobe<'a>)> {
+    fn arrive(&self, state: &mut State<E>, sampler: &Sampler, trail: &mut Trail) -> Option<(Meeting, Lobe<'a>)> {
         let Some(hit) = self.scene.geometry.closest(state.origin, state.direction) else {
             self.leave(state, trail);
             return None;
         };
         let front = hit.normal.dot(state.direction) < 0.0;
+        if E::EFFECTS {
+            self.absorb(&hit, front, state, trail);
+        }
         if let Some(lamp) = hit.surface.emitter.filter(|_| front) {
             self.meet(lamp as usize, &hit, state, trail);
         }
@@ -192,9 +308,12 @@ impl<'a> Tracer<'a> {
         }
         let pair = FIRST_PAIR + PAIRS * state.bounce;
         let (site, shading) = self.scene.site(&hit, front);
-        let meeting = Meeting::new(&hit, front, shading, state.direction);
+        let mut meeting = Meeting::new(&hit, front, shading, state.direction);
         let scene: &'a Scene = self.scene;
         let material = &scene.materials[hit.surface.material as usize];
+        if E::EFFECTS && let Some(axis) = material.axis(&site) {
+            meeting.align(axis.as_vec3a());
+        }
         let lobe = match material.only(&site) {
             Some(lobe) => lobe,
             None => {
@@ -206,21 +325,56 @@ impl<'a> Tracer<'a> {
         };
         state.weight *= lobe.factor;
         if !lobe.tint.turns() {
-            self.tint(state, &lobe.tint, 1.0, trail);
+            self.tint(state, &lobe.tint, trail);
+        }
+        if E::EFFECTS && self.polarised && lobe.polar.is_none() {
+            trail.depolarise();
         }
         Some((meeting, lobe))
     }
 
+    /// Notes what the body absorbs that the path has come through, and which one lies beyond the surface.
+    fn absorb(&self, hit: &Hit, front: bool, state: &mut State<E>, trail: &mut Trail) {
+        let Some(known) = state.beside.known().filter(|_| self.scene.effects.absorbs) else { return };
+        let own = self.scene.materials[hit.surface.material as usize].interior();
+        // Who looks may be inside from the start.
+        let inside = if front { known.inside } else { own };
+        (known.inside, known.beyond) = (inside, if front { own } else { None });
+        if let Some(depth) = inside {
+            let metres = (f64::from(hit.t) / self.scene.frame.scale) as f32;
+            self.tint(state, &Tint::Inside { depth, metres }, trail);
+        }
+    }
+
     /// Asks the lamps through a lobe and leaves the surface along it; false where the path ends by lot or has nowhere to go.
     #[inline(always)]
-    fn go_on(&self, state: &mut State, meeting: &Meeting, lobe: &Lobe, sampler: &Sampler, trail: &mut Trail) -> bool {
+    fn go_on(&self, state: &mut State<E>, meeting: &Meeting, lobe: &Lobe, sampler: &Sampler, trail: &mut Trail) -> bool {
+        if let Some(nm) = state.beside.known().and_then(|known| known.nm)
+            && let Some(single) = lobe.kernel.at(nm)
+        {
+            return self.leave_by(state, meeting, &Lobe { kernel: &single, ..*lobe }, sampler, trail);
+        }
+        self.leave_by(state, meeting, lobe, sampler, trail)
+    }
+
+    #[inline(always)]
+    fn leave_by(&self, state: &mut State<E>, meeting: &Meeting, lobe: &Lobe, sampler: &Sampler, trail: &mut Trail) -> bool {
         let [lots, for_lamp, for_turn] = sampler.three(FIRST_PAIR + PAIRS * state.bounce);
         if !lobe.kernel.is_specular() {
-            self.direct().look(meeting, lobe, state.weight, for_lamp, trail);
+            let frame = state.beside.known().filter(|_| self.polarised).map(|known| known.frame);
+            self.direct().look(meeting, lobe, state.weight, for_lamp, frame, trail);
         }
         let Some(turn) = lobe.kernel.sample(meeting.out, for_turn) else { return false };
         if lobe.tint.turns() {
-            self.tint(state, &lobe.tint, meeting.cos_half(turn.inc), trail);
+            self.tint(state, &lobe.tint.turned(meeting.out, turn.inc), trail);
+        }
+        if let Some(known) = state.beside.known() {
+            if self.polarised {
+                plane::follow(meeting, lobe, turn.inc, &mut known.frame, trail);
+            }
+            if lobe.kernel.transmits() && !lobe.kernel.is_straight() {
+                known.inside = known.beyond;
+            }
         }
         state.weight *= turn.weight;
         let carried = state.weight * self.outline.value(&state.outline);
@@ -253,13 +407,13 @@ impl<'a> Tracer<'a> {
     }
 
     /// Notes what a surface does to the wavelengths.
-    fn tint(&self, state: &mut State, tint: &Tint, cos_half: f32, trail: &mut Trail) {
-        self.outline.tint(&mut state.outline, tint, cos_half);
-        trail.tint(tint, cos_half);
+    fn tint(&self, state: &mut State<E>, tint: &Tint, trail: &mut Trail) {
+        self.outline.tint(&mut state.outline, tint);
+        trail.tint(tint);
     }
 
     /// A path ran into a lamp: weighed against the chance of having aimed at it.
-    fn meet(&self, lamp: usize, hit: &Hit, state: &State, trail: &mut Trail) {
+    fn meet(&self, lamp: usize, hit: &Hit, state: &State<E>, trail: &mut Trail) {
         let Lamp::Area(emitter) = &self.scene.lamps[lamp] else { return };
         let weight = match state.way {
             Way::Straight => 1.0,
@@ -272,16 +426,20 @@ impl<'a> Tracer<'a> {
     }
 
     /// A path left the scene: what lies beyond.
-    fn leave(&self, state: &State, trail: &mut Trail) {
+    fn leave(&self, state: &mut State<E>, trail: &mut Trail) {
         for lamp in self.scene.tree.distant() {
             let Some((emission, pdf)) = self.scene.lamps[lamp].beyond(state.direction) else { continue };
+            let before = trail.len();
+            if let Some(known) = state.beside.known().filter(|_| self.polarised) {
+                plane::lamp(&self.scene.lamps[lamp], state.direction, known.frame, trail);
+            }
             let weight = match state.way {
                 Way::Straight => 1.0,
                 Way::Lobe { pdf: by_lobe, from, normal } => {
                     power_heuristic(by_lobe, pdf * self.scene.tree.chance(lamp, from, Some(normal)))
                 }
             };
-            trail.light(&emission, weight * state.weight, 0);
+            trail.light(&emission, weight * state.weight, trail.len() - before);
         }
     }
 }

@@ -101,14 +101,18 @@ impl Tally {
 pub fn render(scene: Scene, job: Job, history: impl Fn(Option<u32>) -> Vec<u8>) -> Result<Box<dyn Picture>> {
     let Some(camera) = &scene.camera else { return invalid!("the scene has no [camera]") };
     let (width, height) = (camera.width, camera.height);
-    let spectrum = job.quantity.what == What::Spectrum;
-    let components = if spectrum { Components::Spectrum } else { Components::Xyz };
-    let ncomp = if spectrum { job.quantity.sampling.count() } else { 3 };
+    let count = job.quantity.sampling.count();
+    let (components, ncomp) = match job.quantity.what {
+        What::Spectrum => (Components::Spectrum, count),
+        What::Stokes => (Components::Stokes, 4 * count),
+        What::Xyz | What::Lighting => (Components::Xyz, 3),
+    };
+    let spectrum = components != Components::Xyz;
     let units = if spectrum { Units::SpectralRadiance } else { Units::CdM2 };
     let (first, end) = job.rows;
     let mut header = Header::new(Resolution::upright(width, end - first), components, ncomp, units);
     header.white = scene.white()?;
-    if header.white.is_none() && !spectrum {
+    if header.white.is_none() && !spectrum && !scene.fluoresces() {
         return invalid!("no surface of the scene gives off visible light");
     }
     header.sampling = spectrum.then(|| job.quantity.sampling.clone());

@@ -78,7 +78,7 @@ impl Shade<'_> {
     /// Notes the light that leaves through a lobe: of lamps, of what lies in its own direction, and ambient.
     pub fn lobe(&self, at: &Meeting, lobe: &Lobe, pairs: &mut Pairs, trail: &mut Trail) {
         if !lobe.tint.turns() {
-            trail.tint(&lobe.tint, 1.0);
+            trail.tint(&lobe.tint);
         }
         let follow = match self.follow {
             Follow::Nothing => false,
@@ -90,7 +90,7 @@ impl Shade<'_> {
         }
         let Some(turn) = lobe.kernel.sample(at.out, pairs.pair()) else { return };
         if lobe.tint.turns() {
-            trail.tint(&lobe.tint, at.cos_half(turn.inc));
+            trail.tint(&lobe.tint.turned(at.out, turn.inc));
         }
         let weight = lobe.factor * turn.weight;
         if follow {

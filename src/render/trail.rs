@@ -5,7 +5,11 @@
 //! products for XYZ). Backward it is K sums where it joins and K products a surface, and 3 K products once, at the eye. A path of
 //! polarised or fluorescing light gains more: what comes back is a vector a wavelength or a spectrum, not a matrix.
 
-use crate::material::{Base, Tint};
+use glam::Vec3A;
+
+use crate::material::{Base, Polar, Tint};
+use crate::optics::polarization::Rotation;
+use crate::render::beam::Beam;
 use crate::render::inks::Inks;
 use crate::render::lanes::Lanes;
 use crate::render::stored::Stored;
@@ -14,21 +18,31 @@ use crate::scene::light::Emission;
 #[derive(Clone, Copy, Debug)]
 enum Step {
     /// All that is noted after this goes through it.
-    Tint(Tint, f32),
+    Tint(Tint),
     /// Light spectrum times a weight. The `aside` tints noted just before it are its alone.
     Light { light: u32, weight: f32, aside: u32 },
     /// A stored row times a weight.
     Stored { row: u32, weight: f32 },
+    /// All that is noted after this is polarised, and its frame turned.
+    Polar { polar: Polar, cos: f32, turn: Rotation },
+    /// All that is noted after this is unpolarised from here on.
+    Depolarise,
+    /// All that is noted after this falls on a fluorescent surface.
+    Reradiate(u32),
     /// Several branches start here.
     Fork,
     /// One of them.
     Branch,
+    /// The last of them ends here, with all that is noted: needed where a branch that is not the last forks again.
+    Join,
 }
 
 /// A path's notes. Emptied and used again for the next.
 #[derive(Clone, Debug, Default)]
 pub struct Trail {
     steps: Vec<Step>,
+    /// The axis, at right angles to the way, that polarised light at the eye is told by.
+    pub frame: Vec3A,
 }
 
 impl Trail {
@@ -55,16 +69,28 @@ impl Trail {
 
     /// What comes after this is tinted by it.
     #[inline]
-    pub fn tint(&mut self, tint: &Tint, cos_half: f32) {
-        if *tint != Tint::None {
-            self.steps.push(Step::Tint(*tint, cos_half));
+    pub fn tint(&mut self, tint: &Tint) {
+        match tint {
+            Tint::None => {}
+            Tint::Fluorescent(ink) => self.steps.push(Step::Reradiate(*ink)),
+            tint => self.steps.push(Step::Tint(*tint)),
         }
+    }
+
+    /// What comes after this is polarised by it, `cos` its cosine, and seen in a turned frame.
+    pub fn polarise(&mut self, polar: &Polar, cos: f32, turn: Rotation) {
+        self.steps.push(Step::Polar { polar: *polar, cos, turn });
+    }
+
+    /// What comes after this leaves unpolarised.
+    pub fn depolarise(&mut self) {
+        self.steps.push(Step::Depolarise);
     }
 
     /// What comes after this is dimmed, all wavelengths alike.
     pub fn scale(&mut self, k: f32) {
         if k != 1.0 {
-            self.tint(&Tint::Base(Base::Grey(k)), 1.0);
+            self.tint(&Tint::Base(Base::Grey(k)));
         }
     }
 
@@ -93,6 +119,11 @@ impl Trail {
         self.steps.push(Step::Fork);
     }
 
+    /// All branches have been noted.
+    pub fn join(&mut self) {
+        self.steps.push(Step::Join);
+    }
+
     /// What comes after this goes through what came before the fork.
     pub fn branch(&mut self) {
         self.steps.push(Step::Branch);
@@ -100,63 +131,105 @@ impl Trail {
 }
 
 /// What arrives at the eye of each light spectrum, as factors of it.
-#[derive(Clone, Debug, Default)]
-pub struct Arrived<const G: usize> {
+#[derive(Clone, Debug)]
+pub struct Arrived<const G: usize, B = Lanes<G>> {
     /// Of the branch that is being worked on.
-    here: Vec<(u32, Lanes<G>)>,
+    here: Vec<(u32, B)>,
     /// Of the branches that were.
-    joined: Vec<(u32, Lanes<G>)>,
+    joined: Vec<(u32, B)>,
+    /// Where in it those of the forks begin that have been joined.
+    forks: Vec<usize>,
+}
+
+impl<const G: usize, B> Default for Arrived<G, B> {
+    fn default() -> Self {
+        Arrived { here: Vec::new(), joined: Vec::new(), forks: Vec::new() }
+    }
 }
 
 #[inline(always)]
-fn find<const G: usize>(among: &mut Vec<(u32, Lanes<G>)>, light: u32) -> &mut Lanes<G> {
-    let i = among.iter().position(|l| l.0 == light).unwrap_or_else(|| {
-        among.push((light, Lanes::splat(0.0)));
-        among.len() - 1
-    });
-    &mut among[i].1
+fn find<const G: usize, B: Beam<G>>(among: &mut Vec<(u32, B)>, light: u32) -> &mut B {
+    find_from(among, 0, light)
 }
 
-impl<const G: usize> Arrived<G> {
+#[inline(always)]
+fn find_from<const G: usize, B: Beam<G>>(among: &mut Vec<(u32, B)>, from: usize, light: u32) -> &mut B {
+    let i = among[from..].iter().position(|l| l.0 == light).unwrap_or_else(|| {
+        among.push((light, B::dark()));
+        among.len() - 1 - from
+    });
+    &mut among[from + i].1
+}
+
+impl<const G: usize, B: Beam<G>> Arrived<G, B> {
     /// Follows a trail back to the eye. Returns the number of each light that has come, and its factors.
     #[inline(always)]
-    pub fn follow(&mut self, trail: &Trail, inks: &Inks<G>, stored: &Stored) -> &[(u32, Lanes<G>)] {
+    pub fn follow(&mut self, trail: &Trail, inks: &Inks<G>, stored: &Stored) -> &[(u32, B)] {
         self.here.clear();
         self.joined.clear();
+        self.forks.clear();
         let mut left = trail.steps.len();
         while left > 0 {
             left -= 1;
             match &trail.steps[left] {
-                Step::Tint(tint, cos_half) => {
+                Step::Tint(tint) => {
                     // A loop: a closure would be compiled for the baseline.
-                    for (_, lanes) in &mut self.here {
-                        inks.tint(lanes, tint, *cos_half);
+                    for (_, beam) in &mut self.here {
+                        beam.tint(inks, tint);
                     }
                 }
-                Step::Light { light, weight, aside: 0 } => find(&mut self.here, *light).add(*weight),
+                Step::Light { light, weight, aside: 0 } => find(&mut self.here, *light).intensity_mut().add(*weight),
                 Step::Light { light, weight, aside } => {
-                    let mut lanes = Lanes::splat(*weight);
+                    let mut beam = B::even(*weight);
                     let from = left - *aside as usize;
-                    for step in &trail.steps[from..left] {
-                        if let Step::Tint(tint, cos_half) = step {
-                            inks.tint(&mut lanes, tint, *cos_half);
+                    for step in trail.steps[from..left].iter().rev() {
+                        match step {
+                            Step::Tint(tint) => beam.tint(inks, tint),
+                            Step::Polar { polar, cos, turn } => beam.polarise(inks, polar, *cos, turn),
+                            Step::Depolarise => beam.depolarise(),
+                            _ => {}
                         }
                     }
-                    find(&mut self.here, *light).add_scaled(&lanes, 1.0);
+                    find(&mut self.here, *light).add_scaled(&beam, 1.0);
                     left = from;
                 }
                 Step::Stored { row, weight } => {
-                    stored.add(find(&mut self.here, stored.light(*row)), *row, *weight);
+                    stored.add(find(&mut self.here, stored.light(*row)).intensity_mut(), *row, *weight);
                 }
-                Step::Branch => {
-                    for (light, lanes) in self.here.drain(..) {
-                        find(&mut self.joined, light).add_scaled(&lanes, 1.0);
+                Step::Polar { polar, cos, turn } => {
+                    for (_, beam) in &mut self.here {
+                        beam.polarise(inks, polar, *cos, turn);
                     }
                 }
-                Step::Fork => std::mem::swap(&mut self.here, &mut self.joined),
+                Step::Depolarise => self.here.iter_mut().for_each(|(_, beam)| beam.depolarise()),
+                Step::Reradiate(ink) => self.reradiate(*ink, inks),
+                Step::Branch => {
+                    let from = self.forks.last().copied().unwrap_or(0);
+                    for (light, beam) in self.here.drain(..) {
+                        find_from(&mut self.joined, from, light).add_scaled(&beam, 1.0);
+                    }
+                }
+                Step::Join => self.forks.push(self.joined.len()),
+                Step::Fork => match self.forks.pop() {
+                    Some(from) => self.here.extend(self.joined.drain(from..)),
+                    None => std::mem::swap(&mut self.here, &mut self.joined),
+                },
             }
         }
         &self.here
+    }
+
+    /// What falls on a fluorescent surface becomes what it gives off.
+    #[inline(always)]
+    fn reradiate(&mut self, ink: u32, inks: &Inks<G>) {
+        let falls: Vec<(u32, &Lanes<G>)> = self.here.iter().map(|(light, beam)| (*light, beam.intensity())).collect();
+        let given = inks.reradiate(ink, &falls);
+        for (_, beam) in &mut self.here {
+            beam.tint(inks, &Tint::Fluorescent(ink));
+        }
+        if let Some((light, lanes)) = given {
+            find(&mut self.here, light).intensity_mut().add_scaled(&lanes, 1.0);
+        }
     }
 }
 
@@ -177,23 +250,23 @@ mod tests {
         let ink = |i: u32| Tint::Base(Base::Ink(i));
         let mut trail = Trail::default();
         trail.light(&Emission::one(3, 2.0), 0.5, 0);
-        trail.tint(&ink(0), 1.0);
+        trail.tint(&ink(0));
         trail.fork();
         trail.branch();
-        trail.tint(&ink(2), 1.0);
+        trail.tint(&ink(2));
         let two = Emission { light: 3, count: 2, parts: [1.0, 0.25, 0.0, 0.0, 0.0, 0.0] };
         trail.light(&two, 4.0, 1);
-        trail.tint(&ink(1), 1.0);
+        trail.tint(&ink(1));
         trail.light(&Emission::one(7, 1.0), 3.0, 0);
         trail.branch();
-        trail.tint(&Tint::None, 1.0);
-        trail.tint(&Tint::Base(Base::Rgb([0.5, 0.25, 0.0])), 1.0);
+        trail.tint(&Tint::None);
+        trail.tint(&Tint::Base(Base::Rgb([0.5, 0.25, 0.0])));
         trail.light(&Emission::one(7, 1.0), 8.0, 0);
         // Row 3 is of the second light again.
         let row = |k: f32| [[k; 11].as_slice(), &[0.0; 5]].concat();
         let stored = Stored { lights: vec![9, 7], lanes: 16, data: [row(1.0), row(2.0), row(3.0), row(4.0)].concat() };
         trail.stored(3, 0.5);
-        let mut arrived = Arrived::default();
+        let mut arrived = Arrived::<2>::default();
         let arrived = arrived.follow(&trail, &inks, &stored);
         let mut lights: Vec<u32> = arrived.iter().map(|l| l.0).collect();
         lights.sort_unstable();

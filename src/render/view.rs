@@ -61,7 +61,7 @@ pub fn look<'a>(
         let Some(lobe) = on.choose(lot) else { return };
         let Some(turn) = lobe.kernel.sample(at.out, pairs.pair()) else { return };
         trail.branch();
-        trail.tint(&lobe.tint, if lobe.tint.turns() { at.cos_half(turn.inc) } else { 1.0 });
+        trail.tint(&lobe.tint.turned(at.out, turn.inc));
         trail.scale(lobe.factor * turn.weight);
         if !lobe.kernel.is_straight() {
             direction = at.world(turn.inc).normalize();

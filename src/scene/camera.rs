@@ -169,6 +169,18 @@ impl Camera {
         Some((self.frame.place(origin).as_vec3a(), direction.normalize().as_vec3a()))
     }
 
+    /// The picture's right at a place, in the scene, at right angles to the ray there: where +Q of Stokes vectors lies.
+    pub fn rightwards(&self, x: f64, y: f64) -> Option<Vec3A> {
+        let (_, here) = self.ray(x, y, [0.5; 2])?;
+        let here = here.as_dvec3();
+        // A step that does not leave the picture; parallel rays all go the same way.
+        let step = if x > 0.5 * self.width as f64 { -0.5 } else { 0.5 };
+        let there = self.ray(x + step, y, [0.5; 2]).map_or(here, |r| r.1.as_dvec3());
+        let along = |v: DVec3| (v - here * v.dot(here)).normalize_or_zero();
+        let right = if there.distance(here) > 1e-5 { along((there - here) * step.signum()) } else { along(self.right) };
+        Some(right.as_vec3a())
+    }
+
     /// The view in Radiance's words, for a VIEW line; `None` for a panorama.
     pub fn view(&self) -> Option<String> {
         let three = |v: DVec3| format!("{} {} {}", v.x + 0.0, v.y + 0.0, v.z + 0.0); // + 0.0 turns -0 to 0

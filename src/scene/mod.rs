@@ -15,7 +15,7 @@ use glam::{DAffine3, DVec3, Vec3A};
 
 use crate::Result;
 use crate::color::Xy;
-use crate::material::{Ink, Material, Site};
+use crate::material::{Effects, Ink, Material, Site};
 use crate::spectral::{Observer, Spectrum};
 use crate::units::K_M;
 
@@ -34,6 +34,10 @@ pub struct Scene {
     pub looks_at_site: Vec<bool>,
     /// Any of them can be looked through.
     pub clear: bool,
+    /// What any of them needs beside lobes.
+    pub effects: Effects,
+    /// Lamps or surfaces that mean nothing without polarization, or the file asks for it.
+    pub polarised: bool,
     /// Spectra that materials refer to by number.
     pub inks: Vec<Ink>,
     /// Basis of RGB colours.
@@ -102,6 +106,11 @@ impl Scene {
         let shading = self.geometry.shading(hit);
         let place = self.frame.metres(hit.point.as_dvec3());
         (Site { place, uv: shading.uv, colour: shading.colour, front }, shading.normal)
+    }
+
+    /// Light changes its wavelength on some surface.
+    pub fn fluoresces(&self) -> bool {
+        self.inks.iter().any(|i| matches!(i, Ink::Reradiation { .. }))
     }
 
     /// A point that is meant to lie on a surface, moved off it to the side of its normal; one that lies on none stays where it

@@ -1,4 +1,5 @@
-//! A spectrum as a scene names it: a number, a built-in table or a CSV file, inline pairs, a blackbody or daylight.
+//! A spectrum as a scene names it: a number, a built-in table or a CSV file, inline pairs, a blackbody,
+//! daylight, or a glass by formula.
 
 use std::fmt;
 use std::path::Path;
@@ -7,7 +8,7 @@ use std::str::FromStr;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 
-use crate::spectral::{Spectrum, builtin, planck};
+use crate::spectral::{Spectrum, builtin, glass, planck};
 use crate::{Error, Result};
 
 /// What the file says.
@@ -23,6 +24,10 @@ pub enum SpectrumKey {
     Blackbody(f64),
     /// `{ daylight = 6504 }`, kelvin
     Daylight(f64),
+    /// `{ sellmeier = [B1, B2, B3, C1, C2, C3] }`, um^2
+    Sellmeier(Vec<f64>),
+    /// `{ cauchy = [A, B, C] }`, um^2 and um^4
+    Cauchy(Vec<f64>),
 }
 
 impl SpectrumKey {
@@ -34,6 +39,8 @@ impl SpectrumKey {
             SpectrumKey::Pairs(points) => Spectrum::from_points(points),
             SpectrumKey::Blackbody(kelvin) => planck::blackbody(kelvin),
             SpectrumKey::Daylight(kelvin) => planck::daylight(kelvin),
+            SpectrumKey::Sellmeier(c) => glass::sellmeier(&c),
+            SpectrumKey::Cauchy(c) => glass::cauchy(&c),
             SpectrumKey::Named(name) if name.to_ascii_lowercase().ends_with(".csv") => {
                 let path = folder.join(&name);
                 let text = std::fs::read_to_string(&path).map_err(|e| {
@@ -73,7 +80,7 @@ impl<'de> Visitor<'de> for KeyVisitor {
     type Value = SpectrumKey;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a number, the name of a built-in spectrum, a .csv file, [[nm, value], ...], { blackbody = K } or { daylight = K }")
+        f.write_str("a number, the name of a built-in spectrum, a .csv file, [[nm, value], ...], or a table of blackbody = K, daylight = K, sellmeier = [...] or cauchy = [...]")
     }
 
     fn visit_i64<E>(self, v: i64) -> Result<SpectrumKey, E> {
@@ -97,15 +104,18 @@ impl<'de> Visitor<'de> for KeyVisitor {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<SpectrumKey, A::Error> {
-        let Some((key, kelvin)) = map.next_entry::<String, f64>()? else { return Err(A::Error::custom("empty table")) };
+        let Some(key) = map.next_key::<String>()? else { return Err(A::Error::custom("empty table")) };
+        let spectrum = match key.as_str() {
+            "blackbody" => SpectrumKey::Blackbody(map.next_value()?),
+            "daylight" => SpectrumKey::Daylight(map.next_value()?),
+            "sellmeier" => SpectrumKey::Sellmeier(map.next_value()?),
+            "cauchy" => SpectrumKey::Cauchy(map.next_value()?),
+            _ => return Err(A::Error::unknown_field("other", &["blackbody", "daylight", "sellmeier", "cauchy"])),
+        };
         if map.next_key::<String>()?.is_some() {
             return Err(A::Error::custom("expected one key"));
         }
-        match key.as_str() {
-            "blackbody" => Ok(SpectrumKey::Blackbody(kelvin)),
-            "daylight" => Ok(SpectrumKey::Daylight(kelvin)),
-            _ => Err(A::Error::unknown_field("other", &["blackbody", "daylight"])),
-        }
+        Ok(spectrum)
     }
 }
 

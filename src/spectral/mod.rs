@@ -1,6 +1,7 @@
 //! Spectra: tables, observers, light sources and the sampling that carries them through a pipe.
 
 pub mod builtin;
+pub mod glass;
 pub mod key;
 pub mod observer;
 pub mod planck;

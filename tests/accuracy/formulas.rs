@@ -1,7 +1,7 @@
 //! The cases of glass and Fresnel's equations, which materials answer by themselves.
 
 use super::cases::list;
-use luxpipe::material::fresnel;
+use luxpipe::optics::fresnel;
 
 /// A number: case, what, expected, got, tolerance.
 pub struct Row(pub String, pub String, pub f64, pub f64, pub f64);

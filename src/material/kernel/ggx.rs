@@ -6,7 +6,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 use glam::Vec3A;
 
 use super::{Kernel, Turn, Value};
-use crate::material::fresnel;
+use crate::optics::fresnel;
 
 /// A rough reflecting surface.
 #[derive(Clone, Copy, Debug)]
@@ -19,7 +19,7 @@ pub struct Ggx {
 
 impl Ggx {
     /// Distribution of facet normals, 1/sr: integral of D cos = 1.
-    fn facets(&self, cos: f32) -> f32 {
+    pub(super) fn facets(&self, cos: f32) -> f32 {
         let a2 = self.alpha * self.alpha;
         // cos^2 (a2 - 1) + 1 written so that it keeps its digits for small alpha near the normal.
         let t = a2 * cos * cos + (1.0 - cos * cos).max(0.0);
@@ -27,7 +27,7 @@ impl Ggx {
     }
 
     /// Smith's Lambda.
-    fn lambda(&self, cos: f32) -> f32 {
+    pub(super) fn lambda(&self, cos: f32) -> f32 {
         let tan2 = (1.0 - cos * cos).max(0.0) / (cos * cos);
         0.5 * ((1.0 + self.alpha * self.alpha * tan2).sqrt() - 1.0)
     }
@@ -37,7 +37,7 @@ impl Ggx {
     }
 
     /// The normal of a visible facet (Heitz 2018, its names).
-    fn facet(&self, out: Vec3A, u: [f32; 2]) -> Vec3A {
+    pub(super) fn facet(&self, out: Vec3A, u: [f32; 2]) -> Vec3A {
         let vh = Vec3A::new(self.alpha * out.x, self.alpha * out.y, out.z).normalize();
         let across = vh.x * vh.x + vh.y * vh.y;
         let t1 = if across > 0.0 { Vec3A::new(-vh.y, vh.x, 0.0) / across.sqrt() } else { Vec3A::X };

@@ -1,13 +1,20 @@
 //! Kernels: how directions go, the same for every wavelength. One kernel, one file.
 
+pub mod bend;
 pub mod complement;
 pub mod ggx;
+pub mod ggx_through;
+pub mod incoherent;
 pub mod lambert;
 pub mod lobe;
+pub mod order;
+pub mod single;
 pub mod specular;
 pub mod ward;
 
 use glam::Vec3A;
+
+pub use single::Single;
 
 /// A kernel's value for a pair of directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -55,6 +62,16 @@ pub trait Kernel: Send + Sync {
     /// Sends light along single directions only: nothing to aim at a lamp for.
     fn is_specular(&self) -> bool {
         false
+    }
+
+    /// About the angle, rad, by which it sends the ends of the visible spectrum apart; 0 where all go together.
+    fn spread(&self, _out: Vec3A) -> f32 {
+        0.0
+    }
+
+    /// What it is at one wavelength, where it is not the same at all.
+    fn at(&self, _nm: f32) -> Option<Single> {
+        None
     }
 }
 

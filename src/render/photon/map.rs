@@ -79,7 +79,7 @@ struct Arrival {
 #[derive(Default)]
 struct Way {
     arrivals: Vec<Arrival>,
-    tints: Vec<(Tint, f32)>,
+    tints: Vec<Tint>,
     endless: bool,
 }
 
@@ -141,10 +141,10 @@ impl Plan<'_> {
         stored: &mut Stored,
         rows: &mut HashMap<(u32, Vec<u32>), u32>,
         light: u32,
-        tints: &[(Tint, f32)],
+        tints: &[Tint],
     ) -> Result<u32> {
         // Of plain inks the order does not matter; others hardly ever come again.
-        let ink = |t: &(Tint, f32)| if let Tint::Base(Base::Ink(i)) = t.0 { Some(i) } else { None };
+        let ink = |t: &Tint| if let Tint::Base(Base::Ink(i)) = t { Some(*i) } else { None };
         let mut inks: Option<Vec<u32>> = tints.iter().map(ink).collect();
         if let Some(inks) = &mut inks {
             inks.sort_unstable();
@@ -153,7 +153,7 @@ impl Plan<'_> {
             return Ok(*row);
         }
         let mut trail = Trail::default();
-        tints.iter().for_each(|(tint, cos)| trail.tint(tint, *cos));
+        tints.iter().for_each(|tint| trail.tint(tint));
         trail.light(&Emission::one(0, 1.0), 1.0, 0);
         let mut sums = vec![0f32; stored.lanes];
         self.wavelengths.gather(&trail, &Stored::default(), 1.0, &mut sums);
@@ -187,13 +187,13 @@ impl Plan<'_> {
             let [lot, end] = sampler.pair(pair);
             let Some(lobe) = lobes.choose(lot) else { return way };
             let Some(turn) = lobe.kernel.sample(at.out, sampler.pair(pair + 1)) else { return way };
-            let cos_half = if lobe.tint.turns() { at.cos_half(turn.inc) } else { 1.0 };
+            let tint = lobe.tint.turned(at.out, turn.inc);
             let before = self.outline.value(&outline);
-            self.outline.tint(&mut outline, &lobe.tint, cos_half);
-            match lobe.tint {
+            self.outline.tint(&mut outline, &tint);
+            match tint {
                 Tint::None => {}
                 Tint::Base(Base::Grey(r)) => flux *= r,
-                tint => way.tints.push((tint, cos_half)),
+                tint => way.tints.push(tint),
             }
             let factor = lobe.factor * turn.weight;
             flux *= factor;

@@ -64,7 +64,7 @@ impl Workshop<'_> {
             for lobe in lobes.iter().filter(|l| !l.kernel.transmits() && !l.kernel.is_straight()) {
                 if let Some(turn) = lobe.kernel.sample(at.out, pairs.pair()) {
                     trail.branch();
-                    trail.tint(&lobe.tint, at.cos_half(turn.inc));
+                    trail.tint(&lobe.tint.turned(at.out, turn.inc));
                     trail.light(&Emission::one(0, 1.0), lobe.factor * turn.weight, 0);
                 }
             }

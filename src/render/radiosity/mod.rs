@@ -152,7 +152,7 @@ impl Radiosity {
     fn lobe(&self, seen: &Seen, lobe: &Lobe, pairs: &mut Pairs, trail: &mut Trail) {
         let Seen { hit, front, at } = *seen;
         if self.show == Show::Mesh && lobe.kernel.is_matt() {
-            trail.tint(&lobe.tint, 1.0);
+            trail.tint(&lobe.tint);
             return self.take(hit, front != lobe.kernel.transmits(), true, lobe.factor, trail);
         }
         let around = Around { radiosity: self, place: Some((hit, front)) };
@@ -183,7 +183,7 @@ impl Rest for Around<'_> {
         let lot = if back.len() > 1 { pairs.pair()[0] } else { 0.0 };
         let Some(lobe) = back.choose(lot) else { return };
         let Some(turn) = lobe.kernel.sample(at.out, pairs.pair()) else { return };
-        trail.tint(&lobe.tint, if lobe.tint.turns() { at.cos_half(turn.inc) } else { 1.0 });
+        trail.tint(&lobe.tint.turned(at.out, turn.inc));
         let front = hit.normal.dot(direction) < 0.0;
         self.radiosity.take(hit, front, true, weight * lobe.factor * turn.weight, trail);
     }

@@ -23,6 +23,11 @@ pub trait Surround: Send + Sync {
 
     /// Integral of the factors over the sphere, sr: for choosing between lamps and for the picture's white.
     fn integrals_sr(&self) -> [f64; MOST_PARTS];
+
+    /// Degree and axis, at right angles to it, of the polarization of what comes from a direction; `None` without.
+    fn polarization(&self, _direction: DVec3) -> Option<(f32, DVec3)> {
+        None
+    }
 }
 
 /// The same in all directions, or in the upper half of them.

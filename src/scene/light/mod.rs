@@ -6,6 +6,7 @@ pub mod environment;
 pub mod luminaire;
 pub mod picture;
 pub mod point;
+pub mod polarised;
 mod rectangle;
 pub mod sky;
 pub mod sun;
@@ -83,6 +84,14 @@ impl Lamp {
             Lamp::Sun(s) => s.beyond(direction),
             Lamp::Environment(e) => e.beyond(direction),
             Lamp::Area(_) | Lamp::Point(_) => None,
+        }
+    }
+
+    /// Degree and axis (unit, at right angles to the direction) of the polarization of light from beyond the scene, if it has any.
+    pub fn polarization(&self, direction: Vec3A) -> Option<(f32, Vec3A)> {
+        match self {
+            Lamp::Environment(e) => e.surround.polarization(direction.as_dvec3()).map(|(d, axis)| (d, axis.as_vec3a())),
+            _ => None,
         }
     }
 

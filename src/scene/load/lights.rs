@@ -13,6 +13,7 @@ use crate::photometry::ies::Photometry;
 use crate::scene::light::environment::{Surround, Uniform};
 use crate::scene::light::luminaire::Luminaire;
 use crate::scene::light::picture::Panorama;
+use crate::scene::light::polarised::Polarised;
 use crate::scene::light::point::{Cosine, Distribution, Isotropic, Spot};
 use crate::scene::light::sky::{Axes, Clear, General};
 use crate::scene::light::{Emitter, Environment, Lamp, Point, Sun};
@@ -133,14 +134,18 @@ pub fn read_environment(mut k: Keys, folder: &Path) -> Result<LightKey> {
             let right = "must be a whole number from 1 to 15";
             let sky = k.number("sky", right, |x| (1.0..=15.0).contains(&x) && x.fract() == 0.0)?;
             let sky = sky.ok_or_else(|| k.wrong("key 'sky' is missing"))?;
-            let sky = General::new(sky as u32, direction(&mut k, "sun")?, up).map_err(|e| k.wrong(&e.to_string()))?;
+            let to_sun = direction(&mut k, "sun")?;
+            let sky = General::new(sky as u32, to_sun, up).map_err(|e| k.wrong(&e.to_string()))?;
             let lux = sky.horizontal_sr();
-            finish(name, k, (Place::Environment(Box::new(sky), lux, up), None), &powers, folder)
+            let sky = polarised(&mut k, Box::new(sky), to_sun)?;
+            finish(name, k, (Place::Environment(sky, lux, up), None), &powers, folder)
         }
         Some("clear") => {
             let turbidity = k.need("turbidity")?;
-            let sky = Clear::new(turbidity, direction(&mut k, "sun")?, up).map_err(|e| k.wrong(&e.to_string()))?;
-            stated(name, k, sky.basis(), Place::Environment(Box::new(sky), PI, up))
+            let to_sun = direction(&mut k, "sun")?;
+            let sky = Clear::new(turbidity, to_sun, up).map_err(|e| k.wrong(&e.to_string()))?;
+            let (basis, sky) = (sky.basis(), polarised(&mut k, Box::new(sky), to_sun)?);
+            stated(name, k, basis, Place::Environment(sky, PI, up))
         }
         Some("picture") => {
             let (file, span) = k.get_spanned::<String>("file")?.ok_or_else(|| k.wrong("key 'file' is missing"))?;
@@ -159,6 +164,15 @@ pub fn read_environment(mut k: Keys, folder: &Path) -> Result<LightKey> {
             Err(k.wrong_key("type", span, &message))
         }
     }
+}
+
+/// A sky with its polarization, where `polarization` says the most of it.
+fn polarised(k: &mut Keys, sky: Box<dyn Surround>, sun: DVec3) -> Result<Box<dyn Surround>> {
+    let most = k.number("polarization", "must lie in 0 to 1", |x| (0.0..=1.0).contains(&x))?;
+    Ok(match most {
+        Some(most) => Box::new(Polarised { sky, sun, most }),
+        None => sky,
+    })
 }
 
 /// A light whose spectra are absolute already.

@@ -8,11 +8,11 @@ mod solid;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 
 use crate::color::Uplift;
 use crate::keys::{self, Keys};
-use crate::material::{Ink, read as materials};
+use crate::material::{Effects, Ink, read as materials};
 use crate::scene::Scene;
 use crate::scene::light::tree::LightTree;
 use crate::spectral::Spectrum;
@@ -56,8 +56,10 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     let metres = unit(&mut keys)?;
     let camera = keys.table("camera")?.map(|k| camera::read(k, metres)).transpose()?;
     let max_bounces = keys.number("max_bounces", "must be a whole number from 0", |x| x >= 0.0 && x.fract() == 0.0)?;
+    let polarization = keys.get::<bool>("polarization")?;
     let mut inks = Vec::new();
     let materials = materials::read_all(keys.tables("materials")?, folder, metres, &mut inks)?;
+    let effects = materials.iter().fold(Effects::default(), |e, m| e.or(m.1.effects()));
     let lights = keys.tables("lights")?.into_iter().map(|(name, k)| lights::read(name, k, metres, folder));
     let mut lights = lights.collect::<Result<Vec<_>>>()?;
     if let Some(k) = keys.table("environment")? {
@@ -82,6 +84,10 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     Ok(Scene {
         camera: camera.map(|c| c.within(frame)),
         clear: materials.iter().any(|m| m.1.is_clear()),
+        polarised: polarization.unwrap_or_else(|| {
+            effects.polarises || lamps.iter().any(|l| l.polarization(Vec3A::Z).is_some())
+        }),
+        effects,
         looks_at_site: materials.iter().map(|m| rough || m.1.looks_at_site()).collect(),
         materials: materials.into_iter().map(|m| m.1).collect(),
         inks,

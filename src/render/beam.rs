@@ -1,0 +1,143 @@
+//! What travels: factors of a light's radiance, one a wavelength; or Stokes vectors of them. Who follows a trail is written once
+//! for both, and light that nobody asks the polarization of costs nothing.
+
+use crate::material::{Polar, Tint};
+use crate::optics::polarization::Rotation;
+use crate::render::inks::Inks;
+use crate::render::lanes::{GROUP, Lanes};
+
+/// Light on its way back to the eye.
+pub trait Beam<const G: usize>: Clone + Send {
+    /// None.
+    fn dark() -> Self;
+
+    /// Unpolarised light, `k` of each wavelength.
+    fn even(k: f32) -> Self;
+
+    /// Its amount.
+    fn intensity(&self) -> &Lanes<G>;
+
+    /// The same to write.
+    fn intensity_mut(&mut self) -> &mut Lanes<G>;
+
+    /// Adds k times another.
+    fn add_scaled(&mut self, other: &Self, k: f32);
+
+    /// Tinted.
+    fn tint(&mut self, inks: &Inks<G>, tint: &Tint);
+
+    /// Polarised, and then seen in a turned frame.
+    fn polarise(&mut self, _inks: &Inks<G>, _polar: &Polar, _cos: f32, _turn: &Rotation) {}
+
+    /// Unpolarised again.
+    fn depolarise(&mut self) {}
+
+    /// I, Q, U and V, where they are told apart.
+    fn stokes(&self) -> Option<&[Lanes<G>; 4]> {
+        None
+    }
+}
+
+impl<const G: usize> Beam<G> for Lanes<G> {
+    #[inline(always)]
+    fn dark() -> Self {
+        Lanes::splat(0.0)
+    }
+
+    #[inline(always)]
+    fn even(k: f32) -> Self {
+        Lanes::splat(k)
+    }
+
+    #[inline(always)]
+    fn intensity(&self) -> &Lanes<G> {
+        self
+    }
+
+    #[inline(always)]
+    fn intensity_mut(&mut self) -> &mut Lanes<G> {
+        self
+    }
+
+    #[inline(always)]
+    fn add_scaled(&mut self, other: &Self, k: f32) {
+        Lanes::add_scaled(self, other, k);
+    }
+
+    #[inline(always)]
+    fn tint(&mut self, inks: &Inks<G>, tint: &Tint) {
+        inks.tint(self, tint);
+    }
+}
+
+/// I, Q, U and V of each wavelength ([`crate::optics::polarization`]).
+#[derive(Clone, Debug)]
+pub struct Stokes<const G: usize>(pub [Lanes<G>; 4]);
+
+impl<const G: usize> Beam<G> for Stokes<G> {
+    #[inline(always)]
+    fn dark() -> Self {
+        Stokes([Lanes::splat(0.0); 4])
+    }
+
+    #[inline(always)]
+    fn even(k: f32) -> Self {
+        let mut all = Self::dark();
+        all.0[0] = Lanes::splat(k);
+        all
+    }
+
+    #[inline(always)]
+    fn intensity(&self) -> &Lanes<G> {
+        &self.0[0]
+    }
+
+    #[inline(always)]
+    fn intensity_mut(&mut self) -> &mut Lanes<G> {
+        &mut self.0[0]
+    }
+
+    #[inline(always)]
+    fn add_scaled(&mut self, other: &Self, k: f32) {
+        for i in 0..4 {
+            self.0[i].add_scaled(&other.0[i], k);
+        }
+    }
+
+    #[inline(always)]
+    fn tint(&mut self, inks: &Inks<G>, tint: &Tint) {
+        let mut factor = Lanes::splat(1.0);
+        inks.tint(&mut factor, tint);
+        for i in 0..4 {
+            self.0[i].multiply(&factor);
+        }
+    }
+
+    #[inline(always)]
+    fn polarise(&mut self, inks: &Inks<G>, polar: &Polar, cos: f32, turn: &Rotation) {
+        let [a, b, c] = inks.polar(polar, cos);
+        let Rotation { cos2, sin2 } = *turn;
+        for g in 0..G {
+            for j in 0..GROUP {
+                let [i, q, u, v] = [self.0[0].0[g][j], self.0[1].0[g][j], self.0[2].0[g][j], self.0[3].0[g][j]];
+                let (a, b, c) = (a.0[g][j], b.0[g][j], c.0[g][j]);
+                let (i, q, u, v) = (i + a * q, a * i + q, b * u - c * v, c * u + b * v);
+                self.0[0].0[g][j] = i;
+                self.0[1].0[g][j] = cos2 * q + sin2 * u;
+                self.0[2].0[g][j] = cos2 * u - sin2 * q;
+                self.0[3].0[g][j] = v;
+            }
+        }
+    }
+
+    fn depolarise(&mut self) {
+        for i in 1..4 {
+            self.0[i] = Lanes::splat(0.0);
+        }
+    }
+
+    #[inline(always)]
+    fn stokes(&self) -> Option<&[Lanes<G>; 4]> {
+        Some(&self.0)
+    }
+}
