@@ -4,6 +4,8 @@
 mod cases;
 #[path = "../tests/accuracy/formulas.rs"]
 mod formulas;
+#[path = "../tests/accuracy/waves.rs"]
+mod waves;
 #[path = "../tests/accuracy/list.rs"]
 mod list;
 

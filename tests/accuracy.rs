@@ -7,11 +7,13 @@ mod cases;
 mod formulas;
 #[path = "accuracy/list.rs"]
 mod list;
+#[path = "accuracy/waves.rs"]
+mod waves;
 
 use std::time::{Duration, Instant};
 
-/// Cases that this file covers, and those that wait for what is not there yet.
-const WAITING: [&str; 2] = ["furnace-thermal-medium", "furnace-thinfilm-conductor"];
+/// Cases that wait for what is not there yet.
+const WAITING: [&str; 1] = ["furnace-thermal-medium"];
 
 #[test]
 fn no_case_is_forgotten() {

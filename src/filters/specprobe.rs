@@ -4,6 +4,11 @@
 //! reciprocity the share of light that falls in at that angle and goes back, or through). With `--pairs` each line of
 //! standard input is two directions, theta and phi (degrees) of where light goes and of where it comes from, and the answer
 //! is the scattering function in 1/sr at each wavelength; theta above 90 lies beyond the surface.
+//!
+//! With `--mueller` it is matrices, sixteen numbers by rows, of what is sent back as by a mirror and of what goes through (rough lobes
+//! go no one way); with `--pairs` too, of the scattering function, a line a wavelength. Their frames have x along (direction that
+//! light goes to) x normal, with pairs x (direction that it comes from), the same before and after; +U lies counter-clockwise from +Q and V > 0 is clockwise, as the receiver
+//! sees it.
 
 use std::io::{BufRead, Write};
 use std::path::PathBuf;
@@ -45,6 +50,9 @@ pub struct Specprobe {
     /// Read pairs of directions (theta phi theta phi, degrees; out, then in), write the scattering function
     #[arg(long)]
     pub pairs: bool,
+    /// Write Mueller matrices, sixteen numbers by rows, in the frame of the plane of incidence
+    #[arg(long)]
+    pub mueller: bool,
 }
 
 clap_defaults!(Specprobe);
@@ -60,6 +68,18 @@ impl Specprobe {
             let totals = sample.totals(at_angle(*angle), &self.wavelengths.0);
             for (nm, [r, t]) in self.wavelengths.0.iter().zip(totals) {
                 writeln!(out, "{angle}\t{nm}\t{r:.6}\t{t:.6}").map_err(io)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn matrices(&self, sample: &Sample, out: &mut dyn Write) -> Result<()> {
+        writeln!(out, "# angle_deg\twavelength_nm\tside\tm00 m01 ... m33").map_err(io)?;
+        for angle in &self.angles.0 {
+            for nm in &self.wavelengths.0 {
+                for (side, matrix) in ["back", "through"].iter().zip(sample.mueller(at_angle(*angle), *nm)) {
+                    writeln!(out, "{angle}\t{nm}\t{side}\t{}", words(&matrix)).map_err(io)?;
+                }
             }
         }
         Ok(())
@@ -81,12 +101,24 @@ impl Specprobe {
                     i + 1
                 );
             }
+            if self.mueller {
+                for nm in &self.wavelengths.0 {
+                    writeln!(out, "{}", words(&sample.scattering_mueller(toward, from, *nm))).map_err(io)?;
+                }
+                continue;
+            }
             let values = sample.scattering(toward, from, &self.wavelengths.0);
             let words: Vec<String> = values.iter().map(|v| format!("{v:.6e}")).collect();
             writeln!(out, "{}", words.join("\t")).map_err(io)?;
         }
         Ok(())
     }
+}
+
+/// A matrix on a line, tabs between its numbers.
+fn words(matrix: &[[f64; 4]; 4]) -> String {
+    // + 0.0 turns -0 to 0.
+    matrix.iter().flatten().map(|x| format!("{:.6}", (x * 1e6).round() / 1e6 + 0.0)).collect::<Vec<_>>().join("\t")
 }
 
 fn direction(theta_deg: f64, phi_deg: f64) -> Vec3A {
@@ -103,7 +135,7 @@ fn wrong<T>(line: usize, text: &str) -> Result<T> {
 impl Filter for Specprobe {
     const NAME: &'static str = "specprobe";
     const ABOUT: &'static str =
-        "Measure one material: reflectance and transmittance at angles and wavelengths, or its scattering function";
+        "Measure one material: reflectance and transmittance at angles and wavelengths, scattering function, Mueller matrices";
     const EXAMPLE: &'static str = "specprobe scenes/materials.toml --material gold --angles 0,45,80 --wavelengths 450,550,650\necho '30 0 30 180' | specprobe scenes/materials.toml --material satin --pairs";
     const READS: bool = false;
 
@@ -122,7 +154,11 @@ impl Filter for Specprobe {
         let write = Box::new(move |out: &mut Output| {
             let site = Site { front: !self.back, ..Site::default() };
             let sample = Sample { material: &*material, inks: &inks, srgb: &srgb, site };
-            if self.pairs { self.functions(&sample, out) } else { self.totals(&sample, out) }
+            match (self.pairs, self.mueller) {
+                (true, _) => self.functions(&sample, out),
+                (false, true) => self.matrices(&sample, out),
+                (false, false) => self.totals(&sample, out),
+            }
         });
         Ok(Product::Bytes { binary: false, write })
     }

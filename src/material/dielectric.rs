@@ -12,11 +12,12 @@ use std::sync::Arc;
 use glam::Vec3A;
 
 use crate::Result;
+use crate::material::albedo::Albedo;
 use crate::material::conductor::SMOOTH;
 use crate::material::kernel::bend::{Bend, Index};
 use crate::material::kernel::complement::Complement;
 use crate::material::kernel::ggx::Ggx;
-use crate::material::kernel::ggx_through::{GgxThrough, Rest, RoughBend, lost, rests};
+use crate::material::kernel::ggx_through::{GgxThrough, Rest, RoughBend, rests, shares};
 use crate::material::kernel::specular::Specular;
 use crate::material::read::Reader;
 use crate::material::{Effects, Ink, Kernel, Lobe, Lobes, Material, Polar, Site, Tint};
@@ -37,6 +38,9 @@ struct Side {
 /// A rough boundary's reflection, and what one of them loses.
 struct Pits {
     back: Ggx,
+    /// Share of light that one reflection gives back.
+    share: Albedo,
+    /// And what one reflection loses.
     lost: Complement,
     thrown_back: f32,
     through: Rest,
@@ -56,12 +60,12 @@ impl Dielectric {
         let etas = [index, 1.0 / index];
         let mut pits: [Option<Pits>; 2] = [None, None];
         if alpha >= SMOOTH {
-            let complements = etas.map(|eta| lost(alpha, eta));
-            let (through, back) = rests([&complements[0], &complements[1]], index);
-            for (i, (through, lost)) in through.into_iter().zip(complements).enumerate() {
+            let [front, behind] = etas.map(|eta| shares(alpha, eta));
+            let (through, back) = rests([&front.1, &behind.1], index);
+            for (i, (through, (share, lost))) in through.into_iter().zip([front, behind]).enumerate() {
                 // With a table the reflectance is the tint's.
                 let back_lobe = Ggx { alpha, eta: table.is_none().then_some(etas[i]) };
-                pits[i] = Some(Pits { back: back_lobe, lost, thrown_back: back[i], through });
+                pits[i] = Some(Pits { back: back_lobe, share, lost, thrown_back: back[i], through });
             }
         }
         let side = |i: usize, rough: Option<Pits>| {
@@ -98,9 +102,9 @@ impl Material for Dielectric {
     fn lobes<'a>(&'a self, site: &Site, out: Vec3A, lobes: &mut Lobes<'a>) {
         let front = site.front;
         let side = &self.sides[usize::from(!front)];
-        let sent = self.sent(side, out.z, front);
         let [back, on] = side.polar.each_ref().map(Some);
         let Some(pits) = &side.rough else {
+            let sent = self.sent(side, out.z, front);
             let (tints, factors) = match &self.index {
                 None => ([Tint::None; 2], [sent, 1.0 - sent]),
                 Some((index, _)) => {
@@ -119,15 +123,19 @@ impl Material for Dielectric {
                 (Tint::Facet { index: *index, front, cos_half: 1.0 }, Tint::Squeezed { index: *index, front })
             }
         };
-        let rest = (1.0 - pits.lost.0.at(out.z)).max(0.0);
-        // Facets throw back about as much as a smooth boundary does, and never nothing.
-        let sent = sent.clamp(0.02, 0.98);
-        lobes.push(Lobe { kernel: &pits.back, tint: back_tint, factor: 1.0, odds: sent, polar: back });
-        lobes.push(Lobe { kernel: &*side.on, tint: on_tint, factor: 1.0, odds: 1.0 - sent, polar: on });
+        let (all, sent) = (pits.lost.0.at(out.z), pits.share.at(out.z));
+        let (rest, goes_on) = ((1.0 - all).max(0.0), (all - sent).max(0.01));
+        lobes.push(Lobe { kernel: &pits.back, tint: back_tint, factor: 1.0, odds: sent.max(0.01), polar: back });
+        lobes.push(Lobe { kernel: &*side.on, tint: on_tint, factor: 1.0, odds: goes_on, polar: on });
         let odds = rest * pits.thrown_back;
         lobes.push(Lobe { kernel: &pits.lost, tint: Tint::None, factor: pits.thrown_back, odds, polar: None });
         let odds = rest * (1.0 - pits.thrown_back);
-        lobes.push(Lobe { kernel: &pits.through, tint: Tint::None, factor: 1.0, odds, polar: None });
+        // The same way back at every wavelength: what is squeezed follows its own index.
+        let (tint, factor) = match &self.index {
+            Some((index, _)) if front => (Tint::Squeezed { index: *index, front }, side.eta * side.eta),
+            _ => (Tint::None, 1.0),
+        };
+        lobes.push(Lobe { kernel: &pits.through, tint, factor, odds, polar: None });
     }
 
     fn effects(&self) -> Effects {

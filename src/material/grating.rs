@@ -33,11 +33,12 @@ pub struct Grating {
     /// All but the mirror's.
     orders: Vec<Order>,
     run: Run,
+    two_sided: bool,
 }
 
 impl Material for Grating {
     fn lobes<'a>(&'a self, site: &Site, out: Vec3A, lobes: &mut Lobes<'a>) {
-        if !site.front {
+        if !(site.front || self.two_sided) {
             return;
         }
         let mut push = |kernel: &'a dyn Kernel, order| {
@@ -101,5 +102,5 @@ pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
     let ink = r.ink(Ink::Grating(rulings.clone()));
     let order = |m: i32| Order { m, pitch_nm, nm: 555.0 };
     let orders = (1..=most).flat_map(|m| [order(m), order(-m)]).collect();
-    Ok(Arc::new(Grating { ink, rulings, orders, run }))
+    Ok(Arc::new(Grating { ink, rulings, orders, run, two_sided: r.two_sided()? }))
 }

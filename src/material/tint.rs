@@ -231,8 +231,8 @@ pub enum Tint {
     },
 }
 
-/// Some of `count` wavelengths side by side, those whose place lies within `width` / 2 of `middle`, times what makes up for the rest:
-/// one of a comb of such windows, `each` wavelengths apart, whose place is chosen by lot.
+/// Some of `count` wavelengths side by side, those whose place lies within `width` / 2 of `middle`, times what makes up for the
+/// rest: one of a comb of such windows, `each` wavelengths apart, whose place is chosen by lot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     /// Of the window, 0..count.
@@ -250,7 +250,9 @@ impl Window {
     #[inline]
     pub fn share(&self, i: usize) -> f32 {
         let (place, half) = (i as f32 + 0.5, 0.5 * self.width);
-        if (place - self.middle).abs() > half {
+        // Open at one end, so that windows side by side share no wavelength.
+        let off = place - self.middle;
+        if off <= -half || off > half {
             return 0.0;
         }
         // The chance that one of the comb's windows holds it.
@@ -385,7 +387,9 @@ impl Scattering {
         let across2 = (4.0 * half * half - (out + inc) * (out + inc)).max(0.0);
         let density = incoherent::density(rough, out, inc, across2);
         let shadow = rough.shadow(out) * rough.shadow(inc);
-        Scattering { seen: rough.seen(out, inc), cosines, factor: shadow / density.max(f32::MIN_POSITIVE) }
+        // Where the lobe is next to nothing it is not drawn either.
+        let factor = if density > 1e-30 { shadow / density } else { 0.0 };
+        Scattering { seen: rough.seen(out, inc), cosines, factor }
     }
 
     /// At a wavelength in nm.

@@ -31,7 +31,7 @@ impl Material for WaveRough {
         if !(site.front || self.two_sided) {
             return;
         }
-        let (index, rough, cos) = (self.index, self.lobe.0, out.z);
+        let (index, rough, cos) = (self.index, self.lobe.rough, out.z);
         let seen = rough.seen(cos, cos);
         let (kept, polar) = (seen.coherent(cos, 700.0), Some(&self.polar));
         let tint = Tint::Coherent { index, rough: seen, cos };
@@ -55,6 +55,6 @@ pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
         return Err(r.keys.wrong("sigma_nm must not be above tau_nm: slopes that steep are no surface for this theory"));
     }
     let polar = Polar::Index { index, eta: 1.0, front: true, through: false };
-    let lobe = Incoherent(Rough { sigma_nm, tau_nm });
+    let lobe = Incoherent::new(Rough { sigma_nm, tau_nm });
     Ok(Arc::new(WaveRough { index, lobe, polar, two_sided: r.two_sided()? }))
 }

@@ -1,5 +1,7 @@
 //! Diffraction at openings: Airy's pattern of a circular one, a slit's.
 
+use std::sync::OnceLock;
+
 use libm::{j0, j1};
 
 /// First zero of J1 over pi: the first dark ring of an opening D lies at 1.219670 lambda / D.
@@ -48,6 +50,12 @@ pub struct Airy {
 }
 
 impl Airy {
+    /// Tabulated once.
+    pub fn get() -> &'static Airy {
+        static AIRY: OnceLock<Airy> = OnceLock::new();
+        AIRY.get_or_init(Airy::new)
+    }
+
     /// The largest v.
     pub const END: f64 = 320.0;
     const STEP: f64 = 1.0 / 16.0;

@@ -68,9 +68,20 @@ fn normal(n: Complex64, sin: f64) -> Complex64 {
 }
 
 /// One layer at one wavelength: its index, and its phase 2 pi n d cos / lambda.
-type Slab = (Complex64, Complex64);
+pub type Slab = (Complex64, Complex64);
 
-/// Amplitudes at one wavelength.
+/// Amplitudes of what comes back and goes on, s and p, fields at right angles to the way; and the power of the latter's squares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Amplitudes {
+    /// Sent back: s, p.
+    pub back: [Complex64; 2],
+    /// Let through, as fields along the surface.
+    pub through: [Complex64; 2],
+    /// Power of these over that of the light that came; 0 beyond total reflection.
+    pub power: [f64; 2],
+}
+
+/// Shares of the power at one wavelength.
 ///
 /// ```
 /// use luxpipe::optics::film::{Complex64, shares};
@@ -80,6 +91,12 @@ type Slab = (Complex64, Complex64);
 /// assert!((got - 0.01260079).abs() < 1e-8);
 /// ```
 pub fn shares(cos: f64, outside: f64, slabs: &[Slab], below: Complex64) -> Shares {
+    let Amplitudes { back: [rs, rp], through: [ts, tp], power: [s, p] } = amplitudes(cos, outside, slabs, below);
+    Shares { back: Response::of(rs, rp, 1.0), through: Response::of(ts * s.sqrt(), tp * p.sqrt(), 1.0) }
+}
+
+/// Amplitudes at one wavelength: `cos` outside, a clear index there, layers from the outside on, and the index below.
+pub fn amplitudes(cos: f64, outside: f64, slabs: &[Slab], below: Complex64) -> Amplitudes {
     let cos = cos.max(1e-9);
     let sin = outside * (1.0 - cos * cos).max(0.0).sqrt();
     let end = normal(below, sin);
@@ -102,9 +119,7 @@ pub fn shares(cos: f64, outside: f64, slabs: &[Slab], below: Complex64) -> Share
     };
     let ((rs, ts, power_s), (rp, tp, power_p)) = (one(false), one(true));
     // Fields at right angles to the way: p changes its sign where light turns back.
-    let back = Response::of(rs, -rp, 1.0);
-    let through = Response::of(ts * power_s.sqrt(), tp * power_p.sqrt(), 1.0);
-    Shares { back, through }
+    Amplitudes { back: [rs, -rp], through: [ts, tp], power: [power_s, power_p] }
 }
 
 impl Stack {

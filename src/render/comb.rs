@@ -70,9 +70,10 @@ impl Comb {
         a + (b - a) * (place - i as f32)
     }
 
-    /// A wavelength by lot, all alike.
+    /// The middle of a wavelength by lot, all alike.
     pub fn any(&self, lot: f32) -> f32 {
-        self.at(lot * self.edges.len() as f32)
+        let (a, b) = self.edges[((lot * self.edges.len() as f32) as usize).min(self.edges.len() - 1)];
+        0.5 * (a + b)
     }
 }
 

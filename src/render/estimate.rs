@@ -9,8 +9,9 @@ use std::sync::Arc;
 
 use glam::Vec3A;
 
-use crate::material::Ink;
+use crate::material::{Ink, Tint};
 use crate::notes::Notes;
+use crate::optics::aperture::Airy;
 use crate::render::beam::{Beam, Stokes};
 use crate::render::comb::Comb;
 use crate::render::film::{Bands, Film, Responses, StokesBands};
@@ -21,12 +22,14 @@ use crate::render::plane;
 use crate::render::sampler::Sampler;
 use crate::render::trail::{Arrived, Trail};
 use crate::render::wavelengths::Carried;
-use crate::scene::Scene;
+use crate::scene::{Scene, ray};
 use crate::simd;
 use crate::spectral::{Observer, Sampling, Spectrum, builtin};
 use crate::units::K_M;
 use crate::{Error, Result, invalid};
 
+/// The pairs of a sampler's numbers that diffraction at the eye's opening takes.
+const PUPIL: u32 = 0x4000_0010;
 /// Independent randomisations that tell the error.
 pub const REPLICATES: u32 = 8;
 /// Paths that each of them takes at first.
@@ -183,7 +186,7 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
     let all: Vec<Ink> = scene.inks.iter().chain(method.inks()).cloned().collect();
     let inks = Inks::<G>::new(&all, &scene.srgb, &sampling).with_lights(&lamps, &sampling);
     let cmf = observer.cmf.each_ref().map(|c| c.scaled(K_M));
-    let paths = Paths { scene: scene.clone(), method, polarised, seed };
+    let paths = Paths { scene: scene.clone(), method, polarised, comb: Comb::new(&sampling), seed };
     Ok(match quantity.what {
         What::Spectrum => {
             let film = Bands::<G>::new(&lights, &sampling, &observer);
@@ -222,6 +225,7 @@ struct Paths {
     scene: Arc<Scene>,
     method: Box<dyn Method>,
     polarised: bool,
+    comb: Comb,
     seed: u32,
 }
 
@@ -235,7 +239,15 @@ impl Paths {
         if self.polarised {
             trail.frame = camera.rightwards(x, y)?;
         }
-        camera.ray(x, y, lens)
+        let (origin, direction) = camera.ray(x, y, lens)?;
+        let Some(pupil_m) = camera.pupil_m else { return Some((origin, direction)) };
+        // Diffracted as one wavelength is; the others weigh the way by how likely it is theirs.
+        let (place, lot) = (sampler.pair(PUPIL), sampler.pair(PUPIL + 1)[0]);
+        let v_nm = Airy::get().draw(place[0].into()) as f32 * self.comb.any(lot);
+        trail.tint(&Tint::Airy { v_nm });
+        let sin = f64::from(v_nm) * 1e-9 / (std::f64::consts::PI * pupil_m);
+        let ((s, t), (b, a)) = (ray::frame(direction), (place[1] * std::f32::consts::TAU).sin_cos());
+        Some((origin, (direction + (s * a + t * b) * sin as f32).normalize()))
     }
 
     /// Follows one path and leaves its trail.

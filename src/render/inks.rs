@@ -1,6 +1,6 @@
 //! A scene's spectra in lanes, and what a tint makes of light that comes by.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use crate::material::tint::Rulings;
 use crate::material::{Base, Ink, Polar, Tint, tint};
@@ -187,8 +187,7 @@ impl<const G: usize> Inks<G> {
 
     /// Each wavelength's density of a direction over the mean of all by which it was drawn.
     fn airy(&self, v_nm: f32) -> Lanes<G> {
-        static AIRY: OnceLock<Airy> = OnceLock::new();
-        let airy = AIRY.get_or_init(Airy::new);
+        let airy = Airy::get();
         let mut density = self.nm.map(|nm| (airy.drawn(f64::from(v_nm / nm)) / f64::from(nm * nm)) as f32);
         let sum: f32 = density.0.as_flattened()[..self.count].iter().sum();
         density.scale(if sum > 0.0 { self.count as f32 / sum } else { 0.0 });
@@ -212,6 +211,11 @@ impl<const G: usize> Inks<G> {
             (all[0].0[g][j], all[1].0[g][j], all[2].0[g][j]) = (a, b, c);
         }
         all
+    }
+
+    /// A fluorescent surface.
+    pub fn dye(&self, i: u32) -> Option<&Dye<G>> {
+        if let Sampled::Dye(dye) = &self.inks[i as usize] { Some(dye) } else { None }
     }
 
     /// Number of what fluorescence makes of lights, and what ink number `i` makes of so much of them.

@@ -422,7 +422,7 @@ impl<'a, E: Beside> Tracer<'a, E> {
                 power_heuristic(pdf, if chance > 0.0 { emitter.pdf(from, hit.point, hit.normal) * chance } else { 0.0 })
             }
         };
-        trail.light(&emitter.emission(), weight * state.weight, 0);
+        trail.light(&emitter.emission(-hit.normal.dot(state.direction)), weight * state.weight, 0);
     }
 
     /// A path left the scene: what lies beyond.

@@ -149,7 +149,7 @@ impl Shade<'_> {
             let lamp = hit.surface.emitter.filter(|_| hit.normal.dot(direction) < 0.0).map(|l| l as usize);
             if let Some((lamp, Lamp::Area(e))) = lamp.map(|l| (l, &scene.lamps[l])) {
                 let share = weight * by_look(lamp, e.pdf(from, hit.point, hit.normal));
-                trail.light(&e.emission(), share, 0);
+                trail.light(&e.emission(-hit.normal.dot(direction)), share, 0);
             }
             return self.rest.sent(Some(&hit), direction, weight, pairs, trail);
         }

@@ -43,7 +43,7 @@ pub fn look<'a>(
         };
         let front = hit.normal.dot(direction) < 0.0;
         if let Some(Lamp::Area(e)) = hit.surface.emitter.filter(|_| front).map(|l| &scene.lamps[l as usize]) {
-            trail.light(&e.emission(), 1.0, 0);
+            trail.light(&e.emission(-hit.normal.dot(direction)), 1.0, 0);
         }
         let (at, lobes) = Meeting::with_lobes(scene, &hit, direction);
         trail.fork();

@@ -8,7 +8,7 @@ use crate::render::stored::Stored;
 use crate::render::trail::{Arrived, Trail};
 use crate::scene::Scene;
 use crate::simd;
-use crate::spectral::{Observer, Sampling};
+use crate::spectral::{Observer, Sampling, Spectrum};
 use crate::units::K_M;
 
 /// Turns trails into numbers.
@@ -19,27 +19,38 @@ pub trait Wavelengths: Sync {
     /// Adds `k` times what a trail brings of light `i` to row `i` of `sums`.
     fn gather(&self, trail: &Trail, stored: &Stored, k: f32, sums: &mut [f32]);
 
-    /// What the lanes of a light's factors weigh in luminance, cd/m2; in radiance where no light of the scene can be seen.
+    /// What the lanes of a light's factors weigh in luminance, cd/m2; in radiance where no light of the scene can be seen. After the
+    /// scene's own lights comes that of fluorescent surfaces, whose factors are its radiance.
     fn brightness(&self, light: usize) -> &[f32];
+
+    /// What a fluorescent surface, by the number of its ink, gives off where these rows of lights fall on it.
+    fn reradiated(&self, ink: u32, lights: &[u32], rows: &[f32], out: &mut [f32]);
 }
 
 /// Those that an estimate carries in 8 G lanes.
 pub struct Carried<const G: usize> {
     inks: Inks<G>,
     brightness: Vec<Lanes<G>>,
+    /// Radiance of each light.
+    lights: Vec<Lanes<G>>,
 }
 
 impl<const G: usize> Carried<G> {
     /// Of a scene, of which wavelengths in `range_nm` count.
     pub fn new(scene: &Scene, sampling: &Sampling, range_nm: (f64, f64)) -> Result<Carried<G>> {
         let y = Observer::cie1931()?.cmf[1].scaled(K_M);
-        let visible = |l: &crate::scene::Light| light_weights(&l.radiance, sampling, range_nm, &y);
-        let mut brightness: Vec<Vec<f64>> = scene.lights.iter().map(visible).collect();
-        if brightness.iter().flatten().sum::<f64>() <= 0.0 {
-            brightness = scene.lights.iter().map(|l| sampling.sample(&l.radiance)).collect();
+        let own = Spectrum::Constant(1.0);
+        let lights: Vec<&Spectrum> = scene.lights.iter().map(|l| &l.radiance).chain([&own]).collect();
+        let mut brightness: Vec<Vec<f64>> = lights.iter().map(|l| light_weights(l, sampling, range_nm, &y)).collect();
+        if brightness[..scene.lights.len()].iter().flatten().sum::<f64>() <= 0.0 {
+            brightness = lights.iter().map(|l| sampling.sample(l)).collect();
         }
         let inks = Inks::new(&scene.inks, &scene.srgb, sampling);
-        Ok(Carried { inks, brightness: brightness.iter().map(|b| Lanes::from_values(b)).collect() })
+        Ok(Carried {
+            inks,
+            brightness: brightness.iter().map(|b| Lanes::from_values(b)).collect(),
+            lights: lights.iter().map(|l| Lanes::from_values(&sampling.sample(l))).collect(),
+        })
     }
 }
 
@@ -67,5 +78,16 @@ impl<const G: usize> Wavelengths for Carried<G> {
 
     fn brightness(&self, light: usize) -> &[f32] {
         self.brightness[light].0.as_flattened()
+    }
+
+    fn reradiated(&self, ink: u32, lights: &[u32], rows: &[f32], out: &mut [f32]) {
+        let Some(dye) = self.inks.dye(ink) else { return };
+        let mut sum = Lanes::<G>::splat(0.0);
+        for (light, row) in lights.iter().zip(rows.chunks_exact(GROUP * G)) {
+            let radiance = self.lights[*light as usize].0.as_flattened();
+            let sums = sum.0.as_flattened_mut().iter_mut();
+            sums.zip(row).zip(radiance).for_each(|((sum, x), l)| *sum += x * l);
+        }
+        out.copy_from_slice(dye.reradiated(&sum).0.as_flattened());
     }
 }

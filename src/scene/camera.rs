@@ -47,6 +47,8 @@ pub struct Camera {
     /// Of a wide view.
     view: Option<View>,
     lens: Option<Lens>,
+    /// Diameter of the opening that light is diffracted at, m.
+    pub pupil_m: Option<f64>,
     frame: Frame,
 }
 
@@ -95,6 +97,7 @@ impl Camera {
             half,
             view,
             lens: None,
+            pupil_m: None,
             frame,
         })
     }

@@ -158,7 +158,7 @@ impl Scene {
         use std::f64::consts::PI;
         // The scene is about a unit sphere in its frame.
         match lamp {
-            Lamp::Area(e) if e.light == i => PI * e.area_m2(),
+            Lamp::Area(e) if e.light == i => e.etendue_sr() * e.area_m2(),
             Lamp::Point(p) if p.light as usize == i => {
                 p.distribution.integral_sr() * self.frame.scale * self.frame.scale
             }

@@ -71,5 +71,6 @@ pub fn all(t: &toml::Table) -> Vec<Row> {
             rows.push(Row(id.clone(), format!("retardance at {deg} deg"), list(t, &id, phases)[i], phase, 0.01));
         }
     }
+    rows.extend(super::waves::all(t));
     rows
 }

@@ -54,6 +54,7 @@ pub fn all(t: &toml::Table) -> Vec<Case> {
     all.extend(boxes(t));
     all.extend(furnaces(t));
     all.push(corridor(t));
+    all.extend(polarization(t));
     all.push(skies(t));
     all.push(roof(t));
     all.push(facade(t));
@@ -367,6 +368,73 @@ fn corridor(t: &toml::Table) -> Case {
     let k = list(t, id, "k");
     let values = along("reflections", &k, &list(t, id, "L"), 1e-4, |k| Place::Ray(v(0.5, 0.0, 0.0), v(k, 0.0, 1.0)));
     case(id, vec![(text, NO_END)], values)
+}
+
+/// A lamp of luminance 1 at z = 20 that faces down; all its light lies within the wavelengths that are measured.
+const ABOVE: &str = "[materials.black]\nreflectance = 0\n[lights.l]\nspectrum = [[400, 1], [700, 1]]\nluminance = 1\n[[shape]]\ntype = \"disk\"\ncenter = [0, 0, 20]\nnormal = [0, 0, -1]\nradius = 50\nmaterial = \"black\"\nlight = \"l\"\n";
+
+/// Polarisers in a row, and plates whose reflections are crossed.
+fn polarization(t: &toml::Table) -> Vec<Case> {
+    let id = "pol-malus";
+    let sheets = |angles: &[f64]| {
+        let sheet = |(i, deg): (usize, &f64)| {
+            let (s, c) = deg.to_radians().sin_cos();
+            let z = 1.0 + i as f64;
+            format!(
+                "[materials.p{i}]\ntype = \"polarizer\"\naxis = [{c}, {s}, 0]\n{}",
+                rectangle(v(-5.0, -5.0, z), X * 10.0, Y * 10.0, &format!("p{i}"), "")
+            )
+        };
+        format!("{ABOVE}{}", angles.iter().enumerate().map(sheet).collect::<String>())
+    };
+    let up = || Place::Ray(DVec3::ZERO, Z);
+    let theta = list(t, id, "theta_deg");
+    let mut scenes: Vec<(String, u32)> = theta.iter().map(|deg| (sheets(&[0.0, *deg]), NO_END)).collect();
+    let s0 = list(t, id, "S0");
+    let mut values: Vec<Value> = theta.iter().zip(&s0).map(|(d, w)| value(format!("{d} deg"), up(), *w, 1e-6)).collect();
+    scenes.push((sheets(&[0.0, 45.0, 90.0]), NO_END));
+    values.push(value("three".into(), up(), list(t, id, "three_polarizers_0_45_90")[0], 1e-6));
+    for (n, want) in list(t, id, "N_stack_total90_N").iter().zip(list(t, id, "N_stack_S0 (first at 0, equal steps)")) {
+        let angles: Vec<f64> = (0..*n as u32).map(|i| 90.0 * f64::from(i) / (n - 1.0)).collect();
+        scenes.push((sheets(&angles), NO_END));
+        values.push(value(format!("{n} sheets"), up(), want, 1e-6));
+    }
+    values.iter_mut().enumerate().for_each(|(i, v)| v.scene = i);
+    let mut cases = vec![case(id, scenes, values)];
+    let id = "pol-two-plates";
+    // The eye looks along +x at a plate that sends it up to another, which turns about that way: black glass, so that a front
+    // surface is all there is.
+    let brewster = 1.5f64.atan();
+    let mut scenes = Vec::new();
+    let mut values = Vec::new();
+    for (phi, want) in list(t, id, "phi_deg").iter().zip(list(t, id, "L")) {
+        let mirrored = |d: DVec3, n: DVec3| d - n * (2.0 * d.dot(n));
+        // Against the light, at Brewster's angle to the way.
+        let facing = |d: DVec3, across: DVec3| -d * brewster.cos() + across * brewster.sin();
+        let n1 = facing(X, Z);
+        let d1 = mirrored(X, n1);
+        let (s1, p1) = (d1.cross(n1).normalize(), d1.cross(d1.cross(n1)).normalize());
+        let turn = phi.to_radians();
+        let n2 = facing(d1, p1 * turn.cos() + s1 * turn.sin());
+        let d2 = mirrored(d1, n2);
+        let disk = |c: DVec3, n: DVec3, r: f64, material: &str, rest: &str| {
+            format!(
+                "[[shape]]\ntype = \"disk\"\ncenter = [{}, {}, {}]\nnormal = [{}, {}, {}]\nradius = {r}\nmaterial = \"{material}\"\n{rest}",
+                c.x, c.y, c.z, n.x, n.y, n.z
+            )
+        };
+        let text = format!(
+            "polarization = true\n[materials.black]\nreflectance = 0\n[materials.plate]\ntype = \"conductor\"\nn = 1.5\nk = 0\n[lights.l]\nspectrum = \"E\"\nluminance = 1\n{}{}{}",
+            disk(X * 5.0, n1, 0.5, "plate", ""),
+            disk(X * 5.0 + d1 * 5.0, n2, 0.5, "plate", ""),
+            disk(X * 5.0 + d1 * 5.0 + d2 * 5.0, -d2, 1.0, "black", "light = \"l\"\n"),
+        );
+        values.push(value(format!("{phi} deg"), Place::Ray(DVec3::ZERO, X), want, 1e-5));
+        scenes.push((text, NO_END));
+    }
+    values.iter_mut().enumerate().for_each(|(i, v)| v.scene = i);
+    cases.push(case(id, scenes, values));
+    cases
 }
 
 fn sky(kind: u32) -> String {

@@ -11,6 +11,7 @@ use super::complement::Complement;
 use super::ggx::Ggx;
 use super::lambert::cosine;
 use super::{Kernel, Single, Turn, Value};
+use crate::material::albedo::Albedo;
 use crate::optics::fresnel;
 
 /// A rough boundary of one index.
@@ -181,10 +182,10 @@ pub fn rests(lost: [&Complement; 2], index: f32) -> ([Rest; 2], [f32; 2]) {
     ([rest(0), rest(1)], share.map(|s| 1.0 - s))
 }
 
-/// What a rough boundary gives back and lets through of light that leaves to one side, one reflection each.
-pub fn lost(alpha: f32, eta: f32) -> Complement {
-    use crate::material::albedo::Albedo;
+/// What a rough boundary gives back of light that leaves to one side, and what it gives back and lets through, one reflection each.
+pub fn shares(alpha: f32, eta: f32) -> (Albedo, Complement) {
     let (back, on) = (Ggx { alpha, eta: Some(eta) }, GgxThrough { alpha, eta });
     // By reciprocity: radiance from beyond is eta^2 times as much.
-    Complement(Arc::new(Albedo::of_all(&[(&back, 1.0), (&on, eta * eta)])))
+    let all = Albedo::of_all(&[(&back, 1.0), (&on, eta * eta)]);
+    (Albedo::of(&back), Complement(Arc::new(all)))
 }

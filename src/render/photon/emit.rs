@@ -68,7 +68,7 @@ impl<'a> Lamps<'a> {
             match lamp {
                 Lamp::Area(e) => {
                     let area = patch.as_ref().map_or(0.0, Patch::area);
-                    worth[e.light] * std::f64::consts::PI * area
+                    worth[e.light] * e.etendue_sr() * area
                 }
                 Lamp::Point(p) => worth[p.light as usize] * f64::from(p.factor) * p.distribution.integral_sr(),
                 Lamp::Sun(s) => worth[s.light()] * s.solid_angle_sr() * across,
@@ -137,7 +137,8 @@ impl<'a> Lamps<'a> {
                 let (point, normal) = patch.place([s, t]);
                 let flux = PI * patch.area() as f32 / chance;
                 let origin = ray::offset(point, normal, patch.reach());
-                Some(self.one(origin, ray::cosine_direction(normal, turn), &e.emission(), flux, part))
+                let direction = ray::cosine_direction(normal, turn);
+                Some(self.one(origin, direction, &e.emission(direction.dot(normal)), flux, part))
             }
             (Lamp::Point(p), _) => {
                 let z = 1.0 - 2.0 * turn[0];

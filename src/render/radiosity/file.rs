@@ -52,7 +52,9 @@ pub fn parse(bytes: &mut Bytes, scene: &Scene, lanes: usize) -> Option<(Mesh, St
     mesh.number();
     let count = bytes.word()? as usize;
     let lights = bytes.words(count)?;
-    if count > scene.lights.len() || lights.iter().any(|l| *l as usize >= scene.lights.len()) {
+    // One more is that of fluorescent surfaces.
+    let known = scene.lights.len() + usize::from(scene.fluoresces());
+    if count > known || lights.iter().any(|l| *l as usize >= known) {
         return None;
     }
     let [error, residual, glossy] = [bytes.number()?, bytes.number()?, bytes.number()?];

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::Vec3A;
 use rayon::prelude::*;
 
-use crate::material::{Lobes, kernel::lambert};
+use crate::material::{Lobes, Tint, kernel::lambert};
 use crate::render::meeting::Meeting;
 use crate::render::radiosity::mesh::{Element, Mesh};
 use crate::render::radiosity::prepare::Workshop;
@@ -72,6 +72,19 @@ impl Workshop<'_> {
         let mut sums = vec![0f32; self.wavelengths.lanes()];
         self.wavelengths.gather(&trail, &Stored::default(), 1.0 / PLACES as f32, &mut sums);
         sums
+    }
+
+    /// The fluorescent surfaces among elements: number of the ink, and the share of the area that it has.
+    pub fn dyes(&self, mesh: &Mesh) -> Vec<Option<(u32, f32)>> {
+        let dye = |number: usize| {
+            let (_, element) = mesh.element(number as u32);
+            let hit = hit(&element.tile.patch, [0.5, 0.5]);
+            let (site, _) = self.scene.site(&hit, element.front);
+            let mut lobes = Lobes::default();
+            self.scene.materials[hit.surface.material as usize].lobes(&site, Vec3A::Z, &mut lobes);
+            lobes.iter().find_map(|l| if let Tint::Fluorescent(ink) = l.tint { Some((ink, l.factor)) } else { None })
+        };
+        (0..mesh.len()).map(dye).collect()
     }
 
     /// Share of the area that is not only matt.

@@ -83,7 +83,8 @@ impl Workshop<'_> {
         let ground = Ground { geometry: &self.scene.geometry, mesh: &mesh, cover: &cover };
         let mut data = self.direct(ground, self.options.rays, false);
         let reflectance = self.reflectances(&mesh);
-        let balanced = self.balance(ground, &reflectance, &mut data, self.options.rays, RESIDUAL);
+        let dyes = if self.has_own() { self.dyes(&mesh) } else { Vec::new() };
+        let balanced = self.balance(ground, (&reflectance, &dyes), &mut data, self.options.rays, RESIDUAL);
         account = Account { out_of_memory: account.out_of_memory, ..balanced };
         if self.options.divide.is_none() {
             account.error = Some(self.error(&mesh, self.brightness(ground, &data, &self.weights(&self.lights))));
@@ -100,7 +101,7 @@ impl Workshop<'_> {
         const TOLERANCE: f64 = 1e-2;
         let ground = Ground { geometry: &self.scene.geometry, mesh, cover };
         let mut data = self.direct(ground, rays, true);
-        self.balance(ground, &self.reflectances(mesh), &mut data, rays, TOLERANCE);
+        self.balance(ground, (&self.reflectances(mesh), &[]), &mut data, rays, TOLERANCE);
         self.brightness(ground, &data, &[&vec![1.0; self.wavelengths.lanes()]])
     }
 
@@ -138,6 +139,14 @@ impl Workshop<'_> {
         }
         mesh.number();
         self.lights = (0..lights.len() as u32).filter(|i| lights[*i as usize]).collect();
+        if self.scene.fluoresces() && !self.lights.is_empty() {
+            self.lights.push(self.scene.lights.len() as u32);
+        }
+    }
+
+    /// The last light is that of fluorescent surfaces.
+    fn has_own(&self) -> bool {
+        self.lights.last() == Some(&(self.scene.lights.len() as u32))
     }
 
     /// What of a mesh's elements is open.
@@ -190,7 +199,8 @@ impl Workshop<'_> {
             let open = places.filter(|(p, normal)| is_open(ray::offset(*p, *normal, reach), *normal));
             let open = open.map(|(point, normal)| Meeting { reach, ..Meeting::facing(point, normal) });
             self.look(number, open, &mut sums);
-            for (i, light) in self.lights.iter().map(|l| *l as usize).enumerate() {
+            let lamps = self.lights.iter().map(|l| *l as usize).filter(|l| *l < self.scene.lights.len());
+            for (i, light) in lamps.enumerate() {
                 let from = &sums[light * lanes..][..lanes];
                 if as_one {
                     let seen = self.wavelengths.brightness(light);
@@ -203,8 +213,16 @@ impl Workshop<'_> {
         data
     }
 
-    /// Solves for all lights; adds what comes from other surfaces to what is there, and puts it behind it.
-    fn balance(&self, ground: Ground, reflectance: &[f32], data: &mut [f32], rays: u32, tolerance: f64) -> Account {
+    /// Solves for all lights; adds what comes from other surfaces to what is there, and puts it behind it. `dyes` are those of
+    /// fluorescent elements, none where they do not count.
+    fn balance(
+        &self,
+        ground: Ground,
+        (reflectance, dyes): (&[f32], &[Option<(u32, f32)>]),
+        data: &mut [f32],
+        rays: u32,
+        tolerance: f64,
+    ) -> Account {
         let (n, lanes) = (ground.mesh.len(), self.wavelengths.lanes());
         let lights = data.len() / (2 * n * lanes).max(1);
         let fixed = self.bytes(n, lights);
@@ -214,7 +232,8 @@ impl Workshop<'_> {
         let system = System { lanes, reflectance, sees };
         let mut all = Solved::default();
         let (total, between) = data.split_at_mut(n * lights * lanes);
-        for light in 0..lights {
+        let lamps = if dyes.is_empty() { lights } else { lights - 1 };
+        for light in 0..lamps {
             let mut direct = vec![0f32; n * lanes];
             for (to, from) in direct.chunks_mut(lanes).zip(total.chunks(lights * lanes)) {
                 to.copy_from_slice(&from[light * lanes..][..lanes]);
@@ -228,8 +247,51 @@ impl Workshop<'_> {
                 total[at].iter_mut().zip(x).for_each(|(t, x)| *t += x);
             }
         }
+        if !dyes.is_empty() {
+            all = all.worse(self.fluoresce(&system, dyes, (total, between), tolerance));
+        }
         let bytes = fixed + rows.bytes();
         Account { solved: all, rays: rows.rays(), rows_kept: [rows.kept(), n], bytes, ..Account::default() }
+    }
+
+    /// Light of fluorescent elements, which is the last: what they give off for all that falls on them falls on others, and is
+    /// balanced as any light is; for that they give off again, at ever longer wavelengths.
+    fn fluoresce<F: Fn(&[f32], &mut [f32]) + Sync>(
+        &self,
+        system: &System<F>,
+        dyes: &[Option<(u32, f32)>],
+        (total, between): (&mut [f32], &mut [f32]),
+        tolerance: f64,
+    ) -> Solved {
+        const MOST_TURNS: usize = 16;
+        let (lanes, lights) = (self.wavelengths.lanes(), self.lights.len());
+        let own = (lights - 1) * lanes..lights * lanes;
+        let mut given = vec![0f32; dyes.len() * lanes];
+        let mut all = Solved::default();
+        for _ in 0..MOST_TURNS {
+            let before: f64 = given.iter().map(|x| f64::from(*x)).sum();
+            let each = given.par_chunks_mut(lanes).zip(dyes).zip(total.par_chunks(lights * lanes));
+            each.for_each(|((given, dye), falls)| {
+                let Some((ink, share)) = dye else { return };
+                self.wavelengths.reradiated(*ink, &self.lights, falls, given);
+                given.iter_mut().for_each(|x| *x *= share);
+            });
+            let mut direct = vec![0f32; given.len()];
+            (system.sees)(&given, &mut direct);
+            let (x, solved) = system.solve(&direct, tolerance);
+            all = all.worse(solved);
+            let rows = total.chunks_mut(lights * lanes).zip(between.chunks_mut(lights * lanes));
+            for ((total, between), (x, direct)) in rows.zip(x.chunks(lanes).zip(direct.chunks(lanes))) {
+                let sum = x.iter().zip(direct).map(|(x, d)| x + d);
+                total[own.clone()].iter_mut().zip(sum).for_each(|(to, sum)| *to = sum);
+                between[own.clone()].copy_from_slice(&total[own.clone()]);
+            }
+            let after: f64 = given.iter().map(|x| f64::from(*x)).sum();
+            if (after - before).abs() <= tolerance * after {
+                break;
+            }
+        }
+        all
     }
 
     /// What wavelengths of lights count in luminance.

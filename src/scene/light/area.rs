@@ -2,9 +2,11 @@
 //! by area.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3A};
 
+use crate::scene::light::angular::Angular;
 use crate::scene::light::disk::SphericalEllipse;
 use crate::scene::light::rectangle::{Quick, SphericalRectangle};
 use crate::scene::light::{Aim, Emission};
@@ -20,6 +22,8 @@ pub struct Emitter {
     pub light: usize,
     /// Its form.
     pub shape: Shape,
+    /// How its radiance goes with the angle to the normal; `None` the same everywhere.
+    pub angular: Option<Arc<Angular>>,
     /// A flat one in single precision.
     flat: Option<Flat>,
     /// The largest coordinate of a box around it.
@@ -170,7 +174,7 @@ struct Place {
 impl Emitter {
     /// A surface with its light.
     pub fn new(light: usize, shape: Shape) -> Emitter {
-        let mut emitter = Emitter { light, flat: Flat::new(&shape), shape, reach: 0.0 };
+        let mut emitter = Emitter { light, flat: Flat::new(&shape), shape, angular: None, reach: 0.0 };
         let ([low, high], ..) = emitter.bounds();
         emitter.reach = low.abs().max(high.abs()).max_element() as f32;
         emitter
@@ -214,17 +218,23 @@ impl Emitter {
         }
     }
 
-    /// Its radiance.
+    /// Its radiance at a cosine with the normal.
     #[inline]
-    pub fn emission(&self) -> Emission {
-        Emission::one(self.light as u32, 1.0)
+    pub fn emission(&self, cos: f32) -> Emission {
+        Emission::one(self.light as u32, self.angular.as_ref().map_or(1.0, |a| a.factor(cos)))
+    }
+
+    /// Its flux over its area and the radiance that its light's spectrum is, sr.
+    pub fn etendue_sr(&self) -> f64 {
+        self.angular.as_ref().map_or(PI, |a| a.integral_sr(true))
     }
 
     /// Aims at its light as seen from a place.
     #[inline]
     pub fn aim(&self, from: Vec3A, u: [f32; 2]) -> Option<Aim> {
         let Place { point, normal, direction, pdf } = self.place(from, u)?;
-        Some(Aim { direction, point: Some(ray::offset(point, normal, self.reach)), pdf, emission: self.emission() })
+        let emission = self.emission(-direction.dot(normal));
+        Some(Aim { direction, point: Some(ray::offset(point, normal, self.reach)), pdf, emission })
     }
 
     /// Chooses a place as seen from `from`; `None` where the front cannot be seen.

@@ -1,5 +1,6 @@
 //! What shines: surfaces, points, the sun and the sky, all aimed at in one way.
 
+pub mod angular;
 pub mod area;
 pub mod disk;
 pub mod environment;

@@ -60,24 +60,6 @@ impl Distribution for Spot {
     }
 }
 
-/// Intensity that falls with a power of the cosine about an axis: 1 is a Lambertian point.
-pub struct Cosine {
-    /// Unit axis.
-    pub axis: Vec3A,
-    /// Exponent, from 0.
-    pub power: f32,
-}
-
-impl Distribution for Cosine {
-    fn factor(&self, direction: Vec3A) -> f32 {
-        direction.dot(self.axis).max(0.0).powf(self.power)
-    }
-
-    fn integral_sr(&self) -> f64 {
-        2.0 * std::f64::consts::PI / (f64::from(self.power) + 1.0)
-    }
-}
-
 /// A point that shines; the light's spectrum is its intensity, W/sr/nm, in the frame's units (x scale^2).
 pub struct Point {
     /// Number of its spectrum.

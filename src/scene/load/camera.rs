@@ -31,10 +31,12 @@ pub fn read(mut k: Keys, metres: f64) -> Result<Camera> {
     let height = k.number("height", right, whole)?.unwrap_or(square);
     let camera = Camera::new(projection, origin, target, up, extent, (width as usize, height as usize));
     let camera = camera.map_err(|e| k.wrong(&e.to_string()))?;
-    let camera = match lens(&mut k, metres)? {
+    let mut camera = match lens(&mut k, metres)? {
         None => camera,
         Some(lens) => camera.with_lens(lens).ok_or_else(|| k.wrong("only a perspective has a lens"))?,
     };
+    let pupil = k.number("pupil_mm", "must be above 0 and at most 1e6", |x| x > 0.0 && x <= 1e6)?;
+    camera.pupil_m = pupil.map(|mm| mm / 1000.0);
     k.finish()?;
     Ok(camera)
 }

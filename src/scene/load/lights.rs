@@ -10,11 +10,12 @@ use crate::color::Uplift;
 use crate::keys::Keys;
 use crate::material::read::spectrum;
 use crate::photometry::ies::Photometry;
+use crate::scene::light::angular::{About, Angular};
 use crate::scene::light::environment::{Surround, Uniform};
 use crate::scene::light::luminaire::Luminaire;
 use crate::scene::light::picture::Panorama;
 use crate::scene::light::polarised::Polarised;
-use crate::scene::light::point::{Cosine, Distribution, Isotropic, Spot};
+use crate::scene::light::point::{Distribution, Isotropic, Spot};
 use crate::scene::light::sky::{Axes, Clear, General};
 use crate::scene::light::{Emitter, Environment, Lamp, Point, Sun};
 use crate::scene::load::point;
@@ -59,8 +60,8 @@ const POWERS: [Amount; 7] = [
 
 /// Where a light's light comes from.
 enum Place {
-    /// The surfaces that name it.
-    Area,
+    /// The surfaces that name it, all directions alike unless they are not.
+    Area(Option<Arc<Angular>>),
     Point {
         position: DVec3,
         distribution: Arc<dyn Distribution>,
@@ -89,7 +90,7 @@ pub struct LightKey {
 impl LightKey {
     /// Shapes may have it.
     pub fn is_area(&self) -> bool {
-        matches!(self.place, Place::Area)
+        matches!(self.place, Place::Area(_))
     }
 }
 
@@ -97,7 +98,9 @@ impl LightKey {
 pub fn read(name: String, mut k: Keys, metres: f64, folder: &Path) -> Result<LightKey> {
     let kind = k.get_spanned::<String>("type")?;
     let (place, powers): (Place, &[&str]) = match kind.as_ref().map(|(kind, _)| kind.as_str()) {
-        None | Some("area") => (Place::Area, &["radiance", "luminance", "lumens", "watts"]),
+        None | Some("area") => {
+            (Place::Area(angular(&mut k)?.map(Arc::new)), &["radiance", "luminance", "lumens", "watts"])
+        }
         Some("point") => (point_place(&mut k, metres)?, &["candela", "lumens", "watts", "intensity"]),
         Some("spot") => (spot_place(&mut k, metres)?, &["candela", "lumens", "watts", "intensity"]),
         Some("ies") => {
@@ -194,13 +197,26 @@ fn direction(k: &mut Keys, key: &'static str) -> Result<DVec3> {
 
 fn point_place(k: &mut Keys, metres: f64) -> Result<Place> {
     let position = point(k, "position")? * metres;
-    let right = "must be from 0";
-    let power = k.number("cosine_power", right, |x| (0.0..1e6).contains(&x))?;
-    let distribution: Arc<dyn Distribution> = match power {
+    let distribution: Arc<dyn Distribution> = match angular(k)? {
         None => Arc::new(Isotropic),
-        Some(power) => Arc::new(Cosine { axis: direction(k, "direction")?.as_vec3a(), power: power as f32 }),
+        Some(angular) => Arc::new(About { axis: direction(k, "direction")?.as_vec3a(), angular }),
     };
     Ok(Place::Point { position, distribution })
+}
+
+/// `cosine_power`, or `angles`, a table of degrees and factors.
+fn angular(k: &mut Keys) -> Result<Option<Angular>> {
+    let power = k.number("cosine_power", "must be from 0", |x| (0.0..1e6).contains(&x))?;
+    let table = k.get_spanned::<Vec<[f64; 2]>>("angles")?;
+    match (power, table) {
+        (None, None) => Ok(None),
+        (Some(power), None) => Ok(Some(Angular::Cosine(power as f32))),
+        (None, Some((points, span))) => match Angular::table(&points) {
+            None => Err(k.wrong_key("angles", span, "expected [degrees, factor] from 0 upwards to at most 180, one factor above 0")),
+            some => Ok(some),
+        },
+        (Some(_), Some(_)) => Err(k.wrong("give cosine_power or angles, not both")),
+    }
 }
 
 fn spot_place(k: &mut Keys, metres: f64) -> Result<Place> {
@@ -301,7 +317,7 @@ fn finish(
 /// Solid angle or area that turns flux into the light's own unit, and solid angle that turns lux into it.
 fn extents(key: &LightKey, area_m2: f64) -> (f64, f64) {
     match &key.place {
-        Place::Area => (PI * area_m2, 0.0),
+        Place::Area(angular) => (angular.as_ref().map_or(PI, |a| a.integral_sr(true)) * area_m2, 0.0),
         Place::Point { distribution, .. } => (distribution.integral_sr(), 0.0),
         Place::Sun { diameter_deg, .. } => (0.0, PI * (diameter_deg / 2.0).to_radians().sin().powi(2)),
         Place::Environment(_, horizontal_sr, _) => (0.0, *horizontal_sr),
@@ -317,7 +333,13 @@ pub fn settle(
     frame: &Frame,
 ) -> Result<(Vec<Light>, Vec<Lamp>)> {
     let mut lights = Vec::new();
-    let mut lamps: Vec<Lamp> = placed.into_iter().map(Lamp::Area).collect();
+    let directed = |mut emitter: Emitter| {
+        if let Place::Area(angular) = &keys[emitter.light].place {
+            emitter.angular = angular.clone();
+        }
+        Lamp::Area(emitter)
+    };
+    let mut lamps: Vec<Lamp> = placed.into_iter().map(directed).collect();
     let observer = Observer::cie1931()?;
     for (i, key) in keys.into_iter().enumerate() {
         let area: f64 = surfaces.iter().filter(|e| e.light == i).map(Emitter::area_m2).sum();
@@ -340,7 +362,7 @@ pub fn settle(
         let light = lights.len() as u32;
         lights.extend(key.spectra.iter().map(|s| Light { name: key.name.clone(), radiance: s.scaled(wanted / have) }));
         match key.place {
-            Place::Area => {}
+            Place::Area(_) => {}
             Place::Point { position, distribution } => lamps.push(Lamp::Point(Point {
                 light,
                 place: frame.place(position).as_vec3a(),
@@ -362,7 +384,7 @@ pub fn power(lights: &[Light], lamps: &[Lamp], frame: &Frame) -> Result<Vec<f64>
     // Once a light: a shining mesh has as many lamps as triangles.
     let y: Vec<f64> = lights.iter().map(|l| observer.integrate(&l.radiance)[1]).collect();
     let one = |lamp: &Lamp| match lamp {
-        Lamp::Area(e) => PI * y[e.light] * e.area_m2(),
+        Lamp::Area(e) => e.etendue_sr() * y[e.light] * e.area_m2(),
         Lamp::Point(p) => y[p.light as usize] * p.distribution.integral_sr() * frame.scale * frame.scale,
         Lamp::Sun(s) => y[s.light()] * s.solid_angle_sr(),
         Lamp::Environment(e) => {
