@@ -4,10 +4,10 @@
 mod cases;
 #[path = "../tests/accuracy/formulas.rs"]
 mod formulas;
-#[path = "../tests/accuracy/waves.rs"]
-mod waves;
 #[path = "../tests/accuracy/list.rs"]
 mod list;
+#[path = "../tests/accuracy/waves.rs"]
+mod waves;
 
 use std::fmt::Write;
 use std::time::{Duration, Instant};

@@ -16,7 +16,14 @@ fn scene(text: &str) -> Arc<Scene> {
 }
 
 /// A probe's numbers by so many paths.
-fn measured(scene: &Arc<Scene>, sampling: &Sampling, what: What, choice: &Choice, probe: &Probe, paths: u32) -> Vec<f64> {
+fn measured(
+    scene: &Arc<Scene>,
+    sampling: &Sampling,
+    what: What,
+    choice: &Choice,
+    probe: &Probe,
+    paths: u32,
+) -> Vec<f64> {
     let quantity = Quantity { sampling: sampling.clone(), range_nm: (300.0, 780.0), what, seed: 1 };
     let estimate = estimator(scene.clone(), &quantity, choice).unwrap_or_else(|e| panic!("{e}"));
     let mut out = vec![0f32; estimate.components()];
@@ -112,10 +119,7 @@ fn dispersion_through_ten_boundaries_loses_nothing() {
     let plates: String = (0..5)
         .map(|i| {
             let z = f64::from(i);
-            format!(
-                "[[shape]]\ntype = \"box\"\nmin = [-9, -9, {z}]\nmax = [9, 9, {}]\nmaterial = \"glass\"\n",
-                z + 0.5
-            )
+            format!("[[shape]]\ntype = \"box\"\nmin = [-9, -9, {z}]\nmax = [9, 9, {}]\nmaterial = \"glass\"\n", z + 0.5)
         })
         .collect();
     let glass = "[materials.glass]\ntype = \"dielectric\"\nindex = \"glass_SF10_n\"\n";
@@ -143,7 +147,8 @@ fn bodies_absorb_by_their_depth() {
     let got = spectrum(&body("1", ""), &bins(4), below, DVec3::Z, 64);
     assert!(got.iter().all(|x| (x - 1.0).abs() < 1e-5), "{got:?}");
     let slope = DVec3::new(3f64.sqrt(), 0.0, 1.0);
-    for (to, from, depth) in [(DVec3::Z, below, 1.0), (slope, below, 2.0), (DVec3::Z, DVec3::new(0.0, 0.0, 0.25), 0.5)] {
+    for (to, from, depth) in [(DVec3::Z, below, 1.0), (slope, below, 2.0), (DVec3::Z, DVec3::new(0.0, 0.0, 0.25), 0.5)]
+    {
         let got = spectrum(&body("1", "absorption = 2"), &bins(4), from, to, 64);
         assert!(got.iter().all(|x| (x / f64::exp(-depth) - 1.0).abs() < 1e-4), "{to}: {got:?}");
     }
@@ -191,7 +196,9 @@ fn matrix_file(folder: &std::path::Path, k: f64) -> String {
     let m = donaldson();
     let rows = m["M"].as_array().unwrap();
     let nm = numbers(&m["lambda_nm"]);
-    let line = |first: String, row: Vec<f64>| format!("{first},{}\n", row.iter().map(f64::to_string).collect::<Vec<_>>().join(","));
+    let line = |first: String, row: Vec<f64>| {
+        format!("{first},{}\n", row.iter().map(f64::to_string).collect::<Vec<_>>().join(","))
+    };
     let mut text = line("nm".into(), nm.clone());
     for (nm, row) in nm.iter().zip(rows) {
         text += &line(nm.to_string(), numbers(row).iter().map(|x| x * k).collect());
@@ -219,9 +226,22 @@ fn fluorescent_surfaces_give_off_what_the_matrix_says() {
     let m = donaldson();
     let file = matrix_file(folder.path(), 1.0);
     let paint = format!("[materials.paint]\ntype = \"fluorescent\"\nmatrix = \"{file}\"\n");
-    let e = [("B_equal_energy", vec![1.0; 5]), ("B_warm_E=[.3,.5,.8,1.1,1.4]", vec![0.3, 0.5, 0.8, 1.1, 1.4]), ("monochromatic_400_unit", vec![1.0, 0.0, 0.0, 0.0, 0.0])];
+    let e = [
+        ("B_equal_energy", vec![1.0; 5]),
+        ("B_warm_E=[.3,.5,.8,1.1,1.4]", vec![0.3, 0.5, 0.8, 1.1, 1.4]),
+        ("monochromatic_400_unit", vec![1.0, 0.0, 0.0, 0.0, 0.0]),
+    ];
     // Reflectances as a bin sees the table: linear between the bands' middles.
-    let rho: Vec<f64> = numbers(&m["M"].as_array().unwrap().iter().enumerate().map(|(i, r)| toml::Value::Float(numbers(r)[i])).collect::<Vec<_>>().into());
+    let rho: Vec<f64> = numbers(
+        &m["M"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .enumerate()
+            .map(|(i, r)| toml::Value::Float(numbers(r)[i]))
+            .collect::<Vec<_>>()
+            .into(),
+    );
     let seen = |i: usize| {
         let at = |j: i64| rho[j.clamp(0, 4) as usize];
         0.75 * rho[i] + 0.125 * (at(i as i64 - 1) + at(i as i64 + 1))
@@ -326,7 +346,8 @@ fn stokes_frames_are_the_pictures() {
         let scene = scene(&text);
         measured(&scene, &Sampling::points(vec![550.0]).unwrap(), What::Stokes, &PATH, &Probe::Pixel { x: 0, y: 0 }, 16)
     };
-    let at = |y: f64, material: &str| quad([[-9.0, y, -9.0], [9.0, y, -9.0], [9.0, y, 9.0], [-9.0, y, 9.0]], material, "");
+    let at =
+        |y: f64, material: &str| quad([[-9.0, y, -9.0], [9.0, y, -9.0], [9.0, y, 9.0], [-9.0, y, 9.0]], material, "");
     for deg in [0.0f64, 20.0, 45.0, 100.0] {
         let (s, c) = deg.to_radians().sin_cos();
         let sheet = format!("[materials.p]\ntype = \"polarizer\"\naxis = [{c}, 0, {s}]\n{}", at(2.0, "p"));
@@ -464,7 +485,9 @@ fn films_are_averaged_over_bands() {
         assert!((got - want).abs() < 0.002, "{got} for {want}");
     }
     // In a furnace it is not there, also where most of its light goes through.
-    let text = format!("{AROUND}[materials.f]\ntype = \"film\"\nlayers = [{{ index = 1.33, thickness_nm = 420 }}]\n[[shape]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"f\"\n");
+    let text = format!(
+        "{AROUND}[materials.f]\ntype = \"film\"\nlayers = [{{ index = 1.33, thickness_nm = 420 }}]\n[[shape]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"f\"\n"
+    );
     let got = spectrum(&text, &bins(16), DVec3::new(0.0, 0.0, -3.0), DVec3::new(0.3, 0.0, 3.0), 4096);
     assert!(got.iter().all(|x| (x - 1.0).abs() < 0.01), "{got:?}");
 }
@@ -514,7 +537,8 @@ fn a_pupil_shows_rings() {
     assert!(middle > 0.0 && dark < 0.006 * middle, "{dark} of {middle}");
     assert!((bright / middle - 0.0175).abs() < 0.006, "{bright} of {middle}");
     // The pattern's own middle: pi D^2 / 4 lambda^2 times the sun's solid angle.
-    let want = std::f64::consts::PI * 4e-6 / 4.0 / (550e-9f64).powi(2) * std::f64::consts::PI * 0.0002f64.to_radians().powi(2);
+    let want =
+        std::f64::consts::PI * 4e-6 / 4.0 / (550e-9f64).powi(2) * std::f64::consts::PI * 0.0002f64.to_radians().powi(2);
     assert!((middle / want - 1.0).abs() < 0.1, "{middle} for {want}");
 }
 
@@ -556,11 +580,31 @@ fn lamps_give_their_flux_by_any_profile() {
     }
 }
 
+/// A surface shines with the light that it names, whatever lights of other kinds stand before that one.
+#[test]
+fn surfaces_find_their_light_among_others() {
+    let text = format!(
+        "[lights.a]\ntype = \"point\"\nspectrum = 1\nposition = [0, 0, 5]\nintensity = 1\n[lights.b]\nspectrum = 1\nradiance = 3\n[lights.c]\nspectrum = 1\nradiance = 7\n{BLACK}{}{}",
+        quad([[-1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [0.0, 1.0, 1.0], [0.0, -1.0, 1.0]], "black", "light = \"c\""),
+        quad([[0.0, -1.0, 1.0], [0.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 1.0]], "black", "light = \"b\""),
+    );
+    for (x, want) in [(-0.5, 7.0), (0.5, 3.0)] {
+        let got = spectrum(&text, &bins(1), DVec3::new(x, 0.0, 0.0), DVec3::Z, 1)[0];
+        assert!((got - want).abs() < 1e-5, "{got} for {want}");
+    }
+}
+
 /// Roughness far below the wavelength is a mirror; far above it has no mirror left; nothing is gained in a furnace.
 #[test]
 fn wave_roughness_has_both_limits() {
     let seen = |sigma: f64, around: bool| {
-        let light = if around { AROUND.to_string() } else { format!("[lights.s]\ntype = \"sun\"\nspectrum = 1\nradiance = 1\ndirection = [0, 0, 1]\ndiameter_deg = 0.5\n") };
+        let light = if around {
+            AROUND.to_string()
+        } else {
+            format!(
+                "[lights.s]\ntype = \"sun\"\nspectrum = 1\nradiance = 1\ndirection = [0, 0, 1]\ndiameter_deg = 0.5\n"
+            )
+        };
         let text = format!(
             "{light}[materials.m]\ntype = \"wave_rough\"\nn = 0\nk = 5\nsigma_nm = {sigma}\ntau_nm = {}\n{}",
             2000.0f64.max(8.0 * sigma),
@@ -590,7 +634,10 @@ fn what_cannot_be_is_refused() {
     let file = matrix_file(folder.path(), 1.4);
     for (material, word) in [
         (format!("type = \"fluorescent\"\nmatrix = \"{file}\""), "photons come out"),
-        ("type = \"fluorescent\"\nreflectance = 0.5\nabsorption = 0.6\nemission = [[500, 1], [600, 0]]".into(), "more than 1"),
+        (
+            "type = \"fluorescent\"\nreflectance = 0.5\nabsorption = 0.6\nemission = [[500, 1], [600, 0]]".into(),
+            "more than 1",
+        ),
         ("type = \"fluorescent\"\nreflectance = 0.5".into(), "absorption"),
         ("type = \"dielectric\"\nindex = 9".into(), "index"),
         ("type = \"dielectric\"\nindex = { sellmeier = [1, 2] }".into(), "six numbers"),

@@ -134,8 +134,7 @@ fn wrong<T>(line: usize, text: &str) -> Result<T> {
 
 impl Filter for Specprobe {
     const NAME: &'static str = "specprobe";
-    const ABOUT: &'static str =
-        "Measure one material: reflectance and transmittance at angles and wavelengths, scattering function, Mueller matrices";
+    const ABOUT: &'static str = "Measure one material: reflectance and transmittance at angles and wavelengths, scattering function, Mueller matrices";
     const EXAMPLE: &'static str = "specprobe scenes/materials.toml --material gold --angles 0,45,80 --wavelengths 450,550,650\necho '30 0 30 180' | specprobe scenes/materials.toml --material satin --pairs";
     const READS: bool = false;
 

@@ -30,7 +30,8 @@ impl Albedo {
             let out = Vec3A::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
             let weight = |i: u32| {
                 let u = [(i as f32 + 0.5) / POINTS as f32, (i.reverse_bits() >> 8) as f32 / (1 << 24) as f32];
-                let one = |(k, factor): &(&dyn Kernel, f32)| k.sample(out, u).map_or(0.0, |t| f64::from(t.weight * factor));
+                let one =
+                    |(k, factor): &(&dyn Kernel, f32)| k.sample(out, u).map_or(0.0, |t| f64::from(t.weight * factor));
                 kernels.iter().map(one).sum::<f64>()
             };
             ((0..POINTS).map(weight).sum::<f64>() / f64::from(POINTS)) as f32
@@ -75,9 +76,9 @@ impl Albedo {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::fresnel;
     use crate::material::kernel::ggx::Ggx;
     use crate::material::kernel::lambert::Lambert;
+    use crate::optics::fresnel;
 
     #[test]
     fn known_albedos() {

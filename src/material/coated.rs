@@ -12,12 +12,12 @@ use glam::Vec3A;
 use crate::Result;
 use crate::material::albedo::Albedo;
 use crate::material::conductor::SMOOTH;
-use crate::optics::fresnel;
 use crate::material::kernel::complement::Complement;
 use crate::material::kernel::ggx::Ggx;
 use crate::material::kernel::specular::Specular;
 use crate::material::read::{Paint, Reader};
 use crate::material::{Lobe, Lobes, Material, Polar, Site, Tint};
+use crate::optics::fresnel;
 
 static BACK: Specular = Specular::Mirror;
 

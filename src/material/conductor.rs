@@ -11,12 +11,12 @@ use glam::Vec3A;
 
 use crate::Result;
 use crate::material::albedo::Albedo;
-use crate::optics::fresnel;
 use crate::material::kernel::complement::Complement;
 use crate::material::kernel::ggx::Ggx;
 use crate::material::kernel::specular::Specular;
 use crate::material::read::Reader;
 use crate::material::{Ink, Lobe, Lobes, Material, Polar, Site, Tint};
+use crate::optics::fresnel;
 use crate::spectral::{Spectrum, builtin};
 
 /// GGX with a smaller alpha is a mirror: its highlight is narrower than f32 directions can aim.

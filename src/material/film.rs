@@ -20,6 +20,8 @@ use crate::spectral::Spectrum;
 static BACK: Specular = Specular::Mirror;
 static ON: Specular = Specular::Straight;
 
+/// A film is looked at for what it sends back, little as that is: so often at least a path is sent there, and through.
+const OFTEN: f32 = 0.25;
 /// Nodes of the tables by which lots are cast.
 const NODES: usize = 33;
 
@@ -51,7 +53,7 @@ impl Films {
             };
             let node = |k: usize| {
                 let shares = stacks[i].mean((k as f64 / (NODES - 1) as f64).max(1e-3), 420.0, 680.0);
-                [shares.back.mean(), shares.through.mean()].map(|s| (s as f32).max(0.01))
+                [shares.back.mean(), shares.through.mean()].map(|s| (s as f32).max(OFTEN))
             };
             let polar = [false, true].map(|through| Polar::Film { film: *ink, through });
             Side { ink: *ink, on, polar, shares: (0..NODES).map(node).collect() }

@@ -10,10 +10,10 @@ use std::sync::Arc;
 use glam::Vec3A;
 
 use crate::Result;
-use crate::optics::fresnel::Stack;
 use crate::material::kernel::specular::Specular;
 use crate::material::read::Reader;
 use crate::material::{Ink, Lobe, Lobes, Material, Polar, Site, Tint};
+use crate::optics::fresnel::Stack;
 use crate::spectral::Spectrum;
 
 static BACK: Specular = Specular::Mirror;

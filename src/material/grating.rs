@@ -81,7 +81,9 @@ pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
         (None, Some(all)) => {
             let fits = all.iter().all(|s| (0.0..=0.5).contains(s)) && 2.0 * all.iter().sum::<f64>() <= 1.0 + 1e-9;
             if all.is_empty() || 2 * all.len() + 1 > MOST_LOBES || !fits {
-                return Err(r.keys.wrong("orders: one to five shares of order 1, 2, ..., twice whose sum is at most 1"));
+                return Err(r
+                    .keys
+                    .wrong("orders: one to five shares of order 1, 2, ..., twice whose sum is at most 1"));
             }
             Shares::Given(all.iter().map(|s| *s as f32).collect())
         }

@@ -7,6 +7,7 @@ use crate::material::Ink;
 use crate::optics::film::{self, Shares};
 use crate::optics::fresnel;
 use crate::optics::polarization::{Diattenuation, Response, sheet};
+use crate::spectral::Spectrum;
 
 /// By what light is told apart. Cosines are those on the side that light leaves to, between the (micro-)normal and the way out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,15 +80,17 @@ impl Polar {
     }
 
     /// The same matrix at each wavelength, if it is.
-    pub fn constant(&self, cos: f32) -> Option<Diattenuation> {
+    pub fn constant(&self, cos: f32, inks: &[Ink]) -> Option<Diattenuation> {
         match *self {
-            Polar::Boundary { eta, through } => {
-                let shares = boundary(cos.into(), 1.0.into(), f64::from(eta).into());
-                Some(side(&shares, through).relative())
-            }
+            Polar::Boundary { eta, through: true } => Some(fresnel::diattenuation_through(cos, eta)),
+            Polar::Boundary { eta, through: false } => Some(fresnel::diattenuation(cos, eta, 0.0)),
             Polar::Sheet { along, across, retardance_nm: 0.0 } => {
                 Some(sheet(along.into(), across.into(), 0.0).relative())
             }
+            Polar::Panes { depth, .. } => match &inks[depth as usize] {
+                Ink::Depth(Spectrum::Constant(_)) => Some(self.at(555.0, cos, inks).relative()),
+                _ => None,
+            },
             _ => None,
         }
     }

@@ -67,7 +67,8 @@ impl Material for Normal {
         let smooth = self.ward.is_none() && self.specular >= RAISED_FROM;
         let raise = if smooth { ((-5.85 * out.z).exp() - 0.002_029_430_6).max(0.0) } else { 0.0 };
         let rest = (1.0 - self.specular) * (1.0 - raise);
-        let mut push = |kernel: &'a dyn Kernel, tint, factor| lobes.push(Lobe { kernel, tint, factor, odds: factor, polar: None });
+        let mut push =
+            |kernel: &'a dyn Kernel, tint, factor| lobes.push(Lobe { kernel, tint, factor, odds: factor, polar: None });
         let highlight = self.ward.as_ref().map_or(&BACK as &dyn Kernel, |w| w);
         push(highlight, if self.metal { colour } else { Tint::None }, self.specular * (1.0 - raise));
         push(&BACK, Tint::None, raise);

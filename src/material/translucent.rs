@@ -44,7 +44,8 @@ pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
     if lowest < 0.0 {
         return Err(r.keys.wrong("reflectance and transmittance must not be below 0"));
     }
-    let mean = |s: &crate::spectral::Spectrum| if s.range().1 > 0.0 { (s.mean(400.0, 700.0) as f32).max(0.01) } else { 0.0 };
+    let mean =
+        |s: &crate::spectral::Spectrum| if s.range().1 > 0.0 { (s.mean(400.0, 700.0) as f32).max(0.01) } else { 0.0 };
     let odds = [mean(&back), mean(&on)];
     Ok(Arc::new(Translucent { reflectance: r.base(back), transmittance: r.base(on), odds }))
 }

@@ -52,7 +52,9 @@ pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
     };
     let (sigma_nm, tau_nm) = (length("sigma_nm", 0.0)?, length("tau_nm", 1.0)?);
     if sigma_nm > tau_nm {
-        return Err(r.keys.wrong("sigma_nm must not be above tau_nm: slopes that steep are no surface for this theory"));
+        return Err(r
+            .keys
+            .wrong("sigma_nm must not be above tau_nm: slopes that steep are no surface for this theory"));
     }
     let polar = Polar::Index { index, eta: 1.0, front: true, through: false };
     let lobe = Incoherent::new(Rough { sigma_nm, tau_nm });

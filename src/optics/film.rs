@@ -258,7 +258,10 @@ mod tests {
             assert!(film(0.0).mean(cos, 540.0, 560.0).back.mean() < 1e-15);
             // Just below the fringes from which phases are spread the mean over wavelengths says about the same.
             let thick = film(1.0e6 * MOST_FRINGES / film(1e6).fringes(cos, 547.5, 552.5) * 0.99);
-            assert!((thick.mean(cos, 547.5, 552.5).back.mean() / (2.0 * 0.5 * (s / (1.0 + s) + p / (1.0 + p))) - 1.0).abs() < 0.05);
+            assert!(
+                (thick.mean(cos, 547.5, 552.5).back.mean() / (2.0 * 0.5 * (s / (1.0 + s) + p / (1.0 + p))) - 1.0).abs()
+                    < 0.05
+            );
         }
     }
 }

@@ -1,10 +1,7 @@
 //! Fresnel's equations for smooth boundaries, unpolarised unless said otherwise; cosines are those on the side that light
 //! comes from.
 
-use num_complex::Complex64;
-
-use crate::optics::film;
-use crate::optics::polarization::Response;
+use crate::optics::polarization::{Diattenuation, Response};
 
 /// Reflectances of s and p polarised light at a boundary where the index grows by the factor `eta` (> 0), and the cosine
 /// on the other side; total reflection gives (1, 1, 0).
@@ -148,37 +145,74 @@ impl Stack {
     }
 }
 
-/// Parallel panes as a [`Response`], without interference: reflections between all surfaces keep s and p apart, and their phases
-/// are those of each reflection.
-pub fn panes(cos: f64, index: f64, depth: f64, panes: u32, through: bool) -> Response {
-    let front = film::shares(cos, 1.0, &[], index.into());
-    let inside = (1.0 - (1.0 - cos * cos) / (index * index)).max(0.0).sqrt();
-    let rear = film::shares(inside, index, &[], 1.0.into());
-    let t = (-depth / inside).exp();
-    // Light that goes on through a pane, and light sent back from either side of it: sums over reflections inside.
-    let round = |r: Response| {
-        let sum = |x: f64| 1.0 / (1.0 - x * x * t * t);
-        // The cross product turns with the phases of two inner reflections a round.
-        let cross = (Complex64::from(1.0) - r.cross * r.cross * t * t).inv();
-        Response { s: sum(r.s), p: sum(r.p), cross }
+/// What a boundary with a medium of complex index n + ik makes of polarization, of light thrown back; fast, for many wavelengths.
+///
+/// ```
+/// use luxpipe::optics::{film, fresnel};
+/// let fast = fresnel::diattenuation(0.5, 0.43, 2.455);
+/// let slow = film::shares(0.5, 1.0, &[], film::Complex64::new(0.43, 2.455)).back.relative();
+/// assert!((fast.a - slow.a).abs() < 1e-5 && (fast.b - slow.b).abs() < 1e-5 && (fast.c - slow.c).abs() < 1e-5);
+/// ```
+#[inline(always)]
+pub fn diattenuation(cos: f32, n: f32, k: f32) -> Diattenuation {
+    let cos = cos.max(1e-6);
+    // (n + ik)^2, and its root less the sine's square: x + iy inwards.
+    let (re, im) = (n * n - k * k, 2.0 * n * k);
+    let t = re - (1.0 - cos * cos);
+    let length = (t * t + im * im).sqrt();
+    let (x, y) = ((0.5 * (length + t)).max(0.0).sqrt(), (0.5 * (length - t)).max(0.0).sqrt());
+    // rs = (cos - z) / (cos + z), rp = (n^2 cos - z) / (n^2 cos + z); only rs conj(rp) and the squares are needed.
+    let over = |ar: f32, ai: f32, br: f32, bi: f32| {
+        let d = (br * br + bi * bi).max(f32::MIN_POSITIVE);
+        ((ar * br + ai * bi) / d, (ai * br - ar * bi) / d)
     };
-    let way = front.through.then(rear.through);
-    let onward = way.then(round(rear.back)).scaled(t);
-    let sent = front.back.plus(way.then(rear.back).then(round(rear.back)).scaled(t * t));
-    let (mut all_on, mut all_back) = (onward, sent);
-    for _ in 1..panes {
-        let between = |a: f64, b: f64| 1.0 / (1.0 - a * b);
-        let cross = (Complex64::from(1.0) - all_back.cross * sent.cross).inv();
-        let between = Response { s: between(all_back.s, sent.s), p: between(all_back.p, sent.p), cross };
-        (all_on, all_back) =
-            (all_on.then(onward).then(between), all_back.plus(all_on.then(all_on).then(sent).then(between)));
-    }
-    if through { all_on } else { all_back }
+    let (sr, si) = over(cos - x, -y, cos + x, y);
+    let (pr, pi) = over(re * cos - x, im * cos - y, re * cos + x, im * cos + y);
+    let (s, p) = (sr * sr + si * si, pr * pr + pi * pi);
+    let sum = 1.0 / (s + p).max(f32::MIN_POSITIVE);
+    Diattenuation { a: (s - p) * sum, b: 2.0 * (sr * pr + si * pi) * sum, c: 2.0 * (si * pr - sr * pi) * sum }
+}
+
+/// The same of light that comes through a clear boundary, index beyond over index here: no phase is lost.
+#[inline(always)]
+pub fn diattenuation_through(cos: f32, eta: f32) -> Diattenuation {
+    let inside2 = 1.0 - (1.0 - cos * cos) / (eta * eta);
+    let inside = inside2.max(0.0).sqrt();
+    // Amplitudes but for what is the same in both.
+    let (s, p) = (eta * cos + inside, cos + eta * inside);
+    let (s2, p2) = (s * s, p * p);
+    let sum = 1.0 / (s2 + p2).max(f32::MIN_POSITIVE);
+    Diattenuation { a: (s2 - p2) * sum, b: 2.0 * s * p * sum, c: 0.0 }
+}
+
+/// Parallel panes of an index from 1 as a [`Response`], without interference: sums over reflections between all surfaces keep s and p
+/// apart, and what is neither, the product of their amplitudes, which are real without total reflection.
+pub fn panes(cos: f64, index: f64, depth: f64, panes: u32, through: bool) -> Response {
+    let (_, _, inside) = polarised(cos, index);
+    let s = (cos - index * inside) / (cos + index * inside);
+    let p = (index * cos - inside) / (index * cos + inside);
+    let t = (-depth / inside).exp();
+    // Products of two amplitudes of s, of p, and of one of each; a reflection from within has both signs turned.
+    let sent = [s * s, p * p, s * p];
+    let open = [1.0 - sent[0], 1.0 - sent[1], ((1.0 - sent[0]) * (1.0 - sent[1])).sqrt()];
+    let all = [0, 1, 2].map(|i| {
+        let (r, way) = (sent[i], open[i] * open[i] * t);
+        let onward = way / (1.0 - r * r * t * t);
+        let back = r + onward * r * t;
+        let (mut all_on, mut all_back) = (onward, back);
+        for _ in 1..panes {
+            let between = 1.0 / (1.0 - all_back * back);
+            (all_on, all_back) = (all_on * onward * between, all_back + all_on * all_on * back * between);
+        }
+        if through { all_on } else { all_back }
+    });
+    Response { s: all[0], p: all[1], cross: all[2].into() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optics::film::{self, Complex64};
 
     #[test]
     fn metals_are_those_of_the_complex_equations() {
@@ -200,6 +234,23 @@ mod tests {
                 let stack = Stack::new(deg.to_radians().cos(), 1.52, panes);
                 assert!((stack.share(0.0, false) + stack.share(0.0, true) - 1.0).abs() < 1e-5);
                 assert!(stack.share(0.03, false) + stack.share(0.03, true) < 1.0);
+            }
+        }
+    }
+
+    #[test]
+    fn fast_polarization_is_that_of_the_matrices() {
+        for deg in [0.0f64, 20.0, 56.3, 75.0, 89.0] {
+            let cos = deg.to_radians().cos();
+            let near = |a: Diattenuation, b: Diattenuation| {
+                (a.a - b.a).abs() < 2e-4 && (a.b - b.b).abs() < 2e-4 && (a.c - b.c).abs() < 2e-4
+            };
+            for (n, k) in [(1.5, 0.0), (0.43, 2.455), (0.05, 3.0), (1.0 / 1.5, 0.0)] {
+                let slow = film::shares(cos, 1.0, &[], Complex64::new(n, k));
+                assert!(near(diattenuation(cos as f32, n as f32, k as f32), slow.back.relative()), "{deg} {n} {k}");
+                if k == 0.0 && slow.through.mean() > 0.0 {
+                    assert!(near(diattenuation_through(cos as f32, n as f32), slow.through.relative()), "{deg} {n}");
+                }
             }
         }
     }

@@ -48,9 +48,12 @@ impl Reradiation {
     pub fn from_csv(text: &str) -> Result<(Spectrum, Reradiation)> {
         let lines = text.lines().enumerate().map(|(i, l)| (i + 1, l.trim()));
         let mut lines = lines.filter(|(_, l)| !l.is_empty() && !l.starts_with('#'));
-        let numbers = |line: &str| line.split(',').skip(1).map(|w| w.trim().parse::<f64>()).collect::<Result<Vec<_>, _>>();
+        let numbers =
+            |line: &str| line.split(',').skip(1).map(|w| w.trim().parse::<f64>()).collect::<Result<Vec<_>, _>>();
         let Some((line, head)) = lines.next() else { return invalid!("no numbers in it") };
-        let Ok(middles) = numbers(head) else { return invalid!("line {line}: expected 'nm' and the bands' middles in nm") };
+        let Ok(middles) = numbers(head) else {
+            return invalid!("line {line}: expected 'nm' and the bands' middles in nm");
+        };
         let n = middles.len();
         let step_nm = if n > 1 { (middles[n - 1] - middles[0]) / (n - 1) as f64 } else { 0.0 };
         let even = |w: &[f64]| (w[1] - w[0] - step_nm).abs() <= 1e-6 * step_nm;
@@ -108,7 +111,12 @@ impl Reradiation {
     }
 
     /// A dye that absorbs and gives off again, beside a reflectance; 0..1 all but the emission.
-    pub fn dye(reflectance: &Spectrum, absorption: &Spectrum, emission: &Spectrum, quantum_yield: &Spectrum) -> Result<Reradiation> {
+    pub fn dye(
+        reflectance: &Spectrum,
+        absorption: &Spectrum,
+        emission: &Spectrum,
+        quantum_yield: &Spectrum,
+    ) -> Result<Reradiation> {
         for (name, s) in [("absorption", absorption), ("quantum_yield", quantum_yield)] {
             let (low, high) = s.range();
             if low < 0.0 || high > 1.0 {
@@ -152,7 +160,11 @@ impl Reradiation {
                 let width = (out.1 - out.0) / step_nm;
                 let row = |(o, row): (usize, &Vec<f64>)| {
                     let over = overlap(out, o) / width;
-                    if over <= 0.0 { 0.0 } else { over * row.iter().enumerate().map(|(i, s)| s * overlap(inc, i)).sum::<f64>() }
+                    if over <= 0.0 {
+                        0.0
+                    } else {
+                        over * row.iter().enumerate().map(|(i, s)| s * overlap(inc, i)).sum::<f64>()
+                    }
                 };
                 shares.iter().enumerate().map(row).sum()
             }

@@ -58,15 +58,7 @@ impl Direct<'_> {
 
     /// The light of one lamp that leaves through a lobe, times `share`.
     #[inline(always)]
-    fn look_in(
-        &self,
-        at: &Meeting,
-        lobe: &Lobe,
-        share: f32,
-        look: &Look,
-        mut frame: Option<Vec3A>,
-        trail: &mut Trail,
-    ) {
+    fn look_in(&self, at: &Meeting, lobe: &Lobe, share: f32, look: &Look, mut frame: Option<Vec3A>, trail: &mut Trail) {
         let scene = self.scene;
         let transmits = lobe.kernel.transmits();
         let (from, normal) = at.start(transmits);

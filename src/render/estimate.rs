@@ -212,7 +212,12 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
 }
 
 /// With Stokes vectors, or amounts of light alone.
-fn carrying<const G: usize, F: Film<G> + 'static>(polarised: bool, paths: Paths, film: F, inks: Inks<G>) -> Arc<dyn Estimate> {
+fn carrying<const G: usize, F: Film<G> + 'static>(
+    polarised: bool,
+    paths: Paths,
+    film: F,
+    inks: Inks<G>,
+) -> Arc<dyn Estimate> {
     if polarised {
         Arc::new(Estimator::<G, F, Stokes<G>> { paths, film, inks, beam: PhantomData })
     } else {

@@ -6,7 +6,7 @@ use crate::material::tint::Rulings;
 use crate::material::{Base, Ink, Polar, Tint, tint};
 use crate::optics::aperture::Airy;
 use crate::optics::fresnel;
-use crate::optics::polarization::Diattenuation;
+use crate::optics::polarization::{Diattenuation, sheet};
 use crate::render::films::Films;
 use crate::render::lanes::{GROUP, Lanes};
 use crate::render::reradiate::Dye;
@@ -142,6 +142,10 @@ impl<const G: usize> Inks<G> {
             Tint::Metal { index, cos_half } => light.multiply(&self.metal(index, cos_half)),
             Tint::Repeated { mean, albedo } => light.multiply(&self.one(mean).map(|r| tint::repeated(r, albedo))),
             Tint::Panes { depth, stack, back } => {
+                // Clear and grey panes are the same at every wavelength.
+                if let Ink::Depth(Spectrum::Constant(d)) = &self.plain[depth as usize] {
+                    return light.scale(stack.share(*d as f32, back));
+                }
                 light.multiply(&self.one(depth).map(|d| stack.share(d, back)));
             }
             Tint::Boundary { index, cos, front, through } => {
@@ -195,16 +199,35 @@ impl<const G: usize> Inks<G> {
     }
 
     /// What a surface does to the polarization of each wavelength, over what it does to the amount.
+    #[inline(always)]
     pub fn polar(&self, polar: &Polar, cos: f32) -> [Lanes<G>; 3] {
-        if let Some(Diattenuation { a, b, c }) = polar.constant(cos) {
+        if let Some(Diattenuation { a, b, c }) = polar.constant(cos, &self.plain) {
             return [a, b, c].map(Lanes::splat);
         }
-        if let Polar::Film { film, through } = *polar
-            && let Sampled::Films(films) = &self.inks[film as usize]
-        {
-            return films.polar(cos, through);
-        }
         let mut all = [Lanes::splat(0.0); 3];
+        match *polar {
+            Polar::Film { film, through } => {
+                if let Sampled::Films(films) = &self.inks[film as usize] {
+                    return films.polar(cos, through);
+                }
+            }
+            Polar::Index { index, front, through, .. } => {
+                if let Sampled::Index(n, k) = &self.inks[index as usize] {
+                    each(&mut all, |g, j| boundary(cos, n.0[g][j], k.0[g][j], front, through));
+                    return all;
+                }
+            }
+            Polar::Sheet { along, across, retardance_nm } => {
+                let Diattenuation { a, b, .. } = sheet(along.into(), across.into(), 0.0).relative();
+                let phase = self.nm.map(|nm| std::f32::consts::TAU * retardance_nm / nm);
+                each(&mut all, |g, j| {
+                    let (sin, cos) = phase.0[g][j].sin_cos();
+                    Diattenuation { a, b: b * cos, c: -b * sin }
+                });
+                return all;
+            }
+            _ => {}
+        }
         for i in 0..self.count {
             let (g, j) = (i / GROUP, i % GROUP);
             let Diattenuation { a, b, c } = polar.at(self.nm.0[g][j].into(), cos, &self.plain).relative();
@@ -231,6 +254,28 @@ impl<const G: usize> Inks<G> {
             }
         }
         Some((own, dye.reradiated(&sum)))
+    }
+}
+
+/// Three numbers a lane.
+#[inline(always)]
+fn each<const G: usize>(all: &mut [Lanes<G>; 3], of: impl Fn(usize, usize) -> Diattenuation) {
+    for g in 0..G {
+        for j in 0..GROUP {
+            let Diattenuation { a, b, c } = of(g, j);
+            (all[0].0[g][j], all[1].0[g][j], all[2].0[g][j]) = (a, b, c);
+        }
+    }
+}
+
+/// See [`Polar::Index`].
+#[inline(always)]
+fn boundary(cos: f32, n: f32, k: f32, front: bool, through: bool) -> Diattenuation {
+    let eta = if front { n } else { 1.0 / n.max(f32::MIN_POSITIVE) };
+    if through {
+        fresnel::diattenuation_through(cos, eta)
+    } else {
+        fresnel::diattenuation(cos, eta, if front { k } else { 0.0 })
     }
 }
 

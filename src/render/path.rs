@@ -270,7 +270,15 @@ impl<'a, E: Beside> Tracer<'a, E> {
     /// Leaves a surface in parts, each with the wavelengths that go about its way. All take the same numbers: what differs between
     /// them is their wavelength alone.
     #[inline(never)]
-    fn go_apart(&self, state: &State<E>, meeting: &Meeting, lobe: &Lobe, parts: &Parts, sampler: &Sampler, trail: &mut Trail) {
+    fn go_apart(
+        &self,
+        state: &State<E>,
+        meeting: &Meeting,
+        lobe: &Lobe,
+        parts: &Parts,
+        sampler: &Sampler,
+        trail: &mut Trail,
+    ) {
         trail.fork();
         for k in 0..parts.count {
             let (window, nm) = self.comb.part(parts, k);
@@ -311,7 +319,9 @@ impl<'a, E: Beside> Tracer<'a, E> {
         let mut meeting = Meeting::new(&hit, front, shading, state.direction);
         let scene: &'a Scene = self.scene;
         let material = &scene.materials[hit.surface.material as usize];
-        if E::EFFECTS && let Some(axis) = material.axis(&site) {
+        if E::EFFECTS
+            && let Some(axis) = material.axis(&site)
+        {
             meeting.align(axis.as_vec3a());
         }
         let lobe = match material.only(&site) {
@@ -348,7 +358,14 @@ impl<'a, E: Beside> Tracer<'a, E> {
 
     /// Asks the lamps through a lobe and leaves the surface along it; false where the path ends by lot or has nowhere to go.
     #[inline(always)]
-    fn go_on(&self, state: &mut State<E>, meeting: &Meeting, lobe: &Lobe, sampler: &Sampler, trail: &mut Trail) -> bool {
+    fn go_on(
+        &self,
+        state: &mut State<E>,
+        meeting: &Meeting,
+        lobe: &Lobe,
+        sampler: &Sampler,
+        trail: &mut Trail,
+    ) -> bool {
         if let Some(nm) = state.beside.known().and_then(|known| known.nm)
             && let Some(single) = lobe.kernel.at(nm)
         {
@@ -358,7 +375,14 @@ impl<'a, E: Beside> Tracer<'a, E> {
     }
 
     #[inline(always)]
-    fn leave_by(&self, state: &mut State<E>, meeting: &Meeting, lobe: &Lobe, sampler: &Sampler, trail: &mut Trail) -> bool {
+    fn leave_by(
+        &self,
+        state: &mut State<E>,
+        meeting: &Meeting,
+        lobe: &Lobe,
+        sampler: &Sampler,
+        trail: &mut Trail,
+    ) -> bool {
         let [lots, for_lamp, for_turn] = sampler.three(FIRST_PAIR + PAIRS * state.bounce);
         if !lobe.kernel.is_specular() {
             let frame = state.beside.known().filter(|_| self.polarised).map(|known| known.frame);

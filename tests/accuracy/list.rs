@@ -391,7 +391,8 @@ fn polarization(t: &toml::Table) -> Vec<Case> {
     let theta = list(t, id, "theta_deg");
     let mut scenes: Vec<(String, u32)> = theta.iter().map(|deg| (sheets(&[0.0, *deg]), NO_END)).collect();
     let s0 = list(t, id, "S0");
-    let mut values: Vec<Value> = theta.iter().zip(&s0).map(|(d, w)| value(format!("{d} deg"), up(), *w, 1e-6)).collect();
+    let mut values: Vec<Value> =
+        theta.iter().zip(&s0).map(|(d, w)| value(format!("{d} deg"), up(), *w, 1e-6)).collect();
     scenes.push((sheets(&[0.0, 45.0, 90.0]), NO_END));
     values.push(value("three".into(), up(), list(t, id, "three_polarizers_0_45_90")[0], 1e-6));
     for (n, want) in list(t, id, "N_stack_total90_N").iter().zip(list(t, id, "N_stack_S0 (first at 0, equal steps)")) {

@@ -39,7 +39,14 @@ fn boundaries(t: &toml::Table, all: &mut Vec<Row>) {
         row(all, id, "Rs there".into(), list(t, id, "Rs_at_Brewster")[0], shares.back.s, 1e-6);
         row(all, id, "Rp there".into(), 0.0, shares.back.p, 1e-6);
         row(all, id, "DOP reflected".into(), list(t, id, "DOP_reflected_at_Brewster")[0], dop(&shares.back), 1e-6);
-        row(all, id, "DOP transmitted".into(), list(t, id, "DOP_transmitted_at_Brewster")[0], dop(&shares.through), 1e-6);
+        row(
+            all,
+            id,
+            "DOP transmitted".into(),
+            list(t, id, "DOP_transmitted_at_Brewster")[0],
+            dop(&shares.through),
+            1e-6,
+        );
     }
     let id = "tir-phase-n1.50";
     for (i, deg) in list(t, id, "theta_deg").iter().enumerate() {
@@ -48,7 +55,14 @@ fn boundaries(t: &toml::Table, all: &mut Vec<Row>) {
         row(all, id, format!("s at {deg}"), list(t, id, "delta_s_deg")[i], s, 1e-3);
         row(all, id, format!("p at {deg}"), list(t, id, "delta_p_deg")[i], p, 1e-3);
         let cross = film::shares(cos(*deg), 1.5, &[], 1.0.into()).back.cross;
-        row(all, id, format!("retardance at {deg}"), list(t, id, "retardance_deg")[i], cross.arg().to_degrees().abs(), 1e-3);
+        row(
+            all,
+            id,
+            format!("retardance at {deg}"),
+            list(t, id, "retardance_deg")[i],
+            cross.arg().to_degrees().abs(),
+            1e-3,
+        );
         row(all, id, format!("all comes back at {deg}"), 1.0, cross.norm(), 1e-9);
     }
     let id = "pol-rayleigh";
@@ -73,7 +87,14 @@ fn films(t: &toml::Table, all: &mut Vec<Row>) {
             for (i, nm) in list(t, id, "lambda_nm").iter().enumerate() {
                 let back = stack.at(cos(deg), *nm).back;
                 for (key, got) in [("Rs", back.s), ("Rp", back.p), ("R", back.mean())] {
-                    row(all, id, format!("{key} at {deg} deg, {nm} nm"), list(t, id, &format!("{key}_{deg}deg"))[i], got, 1e-6);
+                    row(
+                        all,
+                        id,
+                        format!("{key} at {deg} deg, {nm} nm"),
+                        list(t, id, &format!("{key}_{deg}deg"))[i],
+                        got,
+                        1e-6,
+                    );
                 }
             }
         }
@@ -91,7 +112,11 @@ fn furnace(t: &toml::Table, all: &mut Vec<Row>) {
         ("gold", &[], gold),
         ("silver on glass", &[(silver, 30.0)], glass),
         ("film on gold", &[(Complex64::from(1.46), 220.0)], gold),
-        ("lossless stack", &[(Complex64::from(2.3), 60.0), (Complex64::from(1.38), 100.0), (Complex64::from(2.3), 60.0)], glass),
+        (
+            "lossless stack",
+            &[(Complex64::from(2.3), 60.0), (Complex64::from(1.38), 100.0), (Complex64::from(2.3), 60.0)],
+            glass,
+        ),
     ];
     for (name, layers, below) in stacks {
         for deg in [0.0, 30.0, 60.0, 80.0, 89.0] {
@@ -126,7 +151,8 @@ fn diffraction(t: &toml::Table, all: &mut Vec<Row>) {
     let id = "grating-angles";
     for case in t[id]["rows"].as_array().unwrap() {
         let number = |k: &str| case[k].as_float().unwrap();
-        let orders = |k: &str| case[k].as_array().unwrap().iter().map(|m| m.as_integer().unwrap() as i32).collect::<Vec<_>>();
+        let orders =
+            |k: &str| case[k].as_array().unwrap().iter().map(|m| m.as_integer().unwrap() as i32).collect::<Vec<_>>();
         let (pitch, inc, nm) = (number("pitch_nm"), number("theta_i_deg"), number("lambda_nm"));
         let want: Vec<f64> = case["theta_m_deg"].as_array().unwrap().iter().map(|a| a.as_float().unwrap()).collect();
         for (m, want) in orders("orders").iter().zip(want) {

@@ -103,7 +103,9 @@ mod tests {
         for power in [0.0, 1.0, 5.0] {
             let cosine = Angular::Cosine(power);
             let points: Vec<[f64; 2]> = (0..=180)
-                .map(|i| [f64::from(i) / 2.0, f64::from(i).to_radians().mul_add(0.5, 0.0).cos().max(0.0).powf(power.into())])
+                .map(|i| {
+                    [f64::from(i) / 2.0, f64::from(i).to_radians().mul_add(0.5, 0.0).cos().max(0.0).powf(power.into())]
+                })
                 .collect();
             let table = Angular::table(&points).unwrap();
             for surface in [true, false] {
@@ -113,7 +115,9 @@ mod tests {
         }
         let sphere = Angular::table(&[[0.0, 1.0], [180.0, 1.0]]).unwrap();
         assert!((sphere.integral_sr(false) - 4.0 * PI).abs() < 1e-6);
-        for wrong in [&[[0.0, 1.0]][..], &[[1.0, 1.0], [2.0, 1.0]], &[[0.0, 0.0], [90.0, 0.0]], &[[0.0, 1.0], [200.0, 1.0]]] {
+        for wrong in
+            [&[[0.0, 1.0]][..], &[[1.0, 1.0], [2.0, 1.0]], &[[0.0, 0.0], [90.0, 0.0]], &[[0.0, 1.0], [200.0, 1.0]]]
+        {
             assert!(Angular::table(wrong).is_none());
         }
     }

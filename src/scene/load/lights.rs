@@ -14,8 +14,8 @@ use crate::scene::light::angular::{About, Angular};
 use crate::scene::light::environment::{Surround, Uniform};
 use crate::scene::light::luminaire::Luminaire;
 use crate::scene::light::picture::Panorama;
-use crate::scene::light::polarised::Polarised;
 use crate::scene::light::point::{Distribution, Isotropic, Spot};
+use crate::scene::light::polarised::Polarised;
 use crate::scene::light::sky::{Axes, Clear, General};
 use crate::scene::light::{Emitter, Environment, Lamp, Point, Sun};
 use crate::scene::load::point;
@@ -212,7 +212,11 @@ fn angular(k: &mut Keys) -> Result<Option<Angular>> {
         (None, None) => Ok(None),
         (Some(power), None) => Ok(Some(Angular::Cosine(power as f32))),
         (None, Some((points, span))) => match Angular::table(&points) {
-            None => Err(k.wrong_key("angles", span, "expected [degrees, factor] from 0 upwards to at most 180, one factor above 0")),
+            None => Err(k.wrong_key(
+                "angles",
+                span,
+                "expected [degrees, factor] from 0 upwards to at most 180, one factor above 0",
+            )),
             some => Ok(some),
         },
         (Some(_), Some(_)) => Err(k.wrong("give cosine_power or angles, not both")),

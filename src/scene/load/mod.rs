@@ -68,7 +68,8 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     let index = |names: Vec<&str>| names.into_iter().enumerate().map(|(i, n)| (n.to_string(), i)).collect();
     let named = Names {
         materials: index(materials.iter().map(|m| m.0.as_str()).collect()),
-        lights: index(lights.iter().filter(|l| l.is_area()).map(|l| l.name.as_str()).collect()),
+        // Numbered as they stand among all lights.
+        lights: lights.iter().enumerate().filter(|l| l.1.is_area()).map(|(i, l)| (l.name.clone(), i)).collect(),
     };
     let groups = shapes::read_groups(&mut keys, metres, folder, &named)?;
     let mut shapes = Shapes::default();
@@ -84,9 +85,8 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     Ok(Scene {
         camera: camera.map(|c| c.within(frame)),
         clear: materials.iter().any(|m| m.1.is_clear()),
-        polarised: polarization.unwrap_or_else(|| {
-            effects.polarises || lamps.iter().any(|l| l.polarization(Vec3A::Z).is_some())
-        }),
+        polarised: polarization
+            .unwrap_or_else(|| effects.polarises || lamps.iter().any(|l| l.polarization(Vec3A::Z).is_some())),
         effects,
         looks_at_site: materials.iter().map(|m| rough || m.1.looks_at_site()).collect(),
         materials: materials.into_iter().map(|m| m.1).collect(),
