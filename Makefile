@@ -9,7 +9,7 @@ FUZZ_TARGETS := $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
 FUZZ_SECONDS ?= 60
 FUZZ_LIMITS := -rss_limit_mb=512 -timeout=10 -max_len=65536
 
-.PHONY: all demo test lint fuzz bench bench-rays bench-render mesh accuracy man paper-colour paper-encodings paper-tone intents install clean
+.PHONY: all demo test lint fuzz bench bench-rays bench-render bench-methods bench-effects mesh accuracy man paper-colour paper-encodings paper-tone intents install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -57,6 +57,10 @@ bench-methods: all
 	$(CARGO) bench --locked --bench methods -- $(PART)
 	target/release/pplot --chart docs/methods.csv --x seconds --y error_percent --by method --log \
 		--title "Irradiance in a closed room" --labels "seconds,mean absolute error in %" docs/methods.svg
+
+# What polarization, fluorescence and dispersion cost; EFFECTS_BEFORE=PROGRAM counts scenes without any beside an earlier spectrace.
+bench-effects: all
+	$(CARGO) bench --locked --bench effects
 
 # The meshes of scenes/mesh.toml, 211,722 triangles from formulas, into out/mesh.
 mesh:

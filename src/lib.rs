@@ -39,6 +39,12 @@
 //! - [Steele 2014] G. Steele, D. Lea, C. Flood, *Fast Splittable Pseudorandom Number Generators*, OOPSLA 2014.
 //! - [CIE15] CIE 015, *Colorimetry*.
 //! - [Walter 2007] B. Walter, S. Marschner, H. Li, K. Torrance, *Microfacet Models for Refraction through Rough Surfaces*, EGSR 2007.
+//! - [He 1991] X. He, K. Torrance, F. Sillion, D. Greenberg, *A Comprehensive Physical Model for Light Reflection*, SIGGRAPH 91.
+//! - [Abeles 1950] F. Abeles, *La theorie generale des couches minces*, Journal de Physique et le Radium 11, 1950.
+//! - [Donaldson 1954] R. Donaldson, *Spectrophotometry of fluorescent pigments*, British Journal of Applied Physics 5, 1954;
+//!   [Hullin 2010] M. Hullin, J. Hanika, B. Ajdin, H. Seidel, J. Kautz, H. Lensch, *Acquisition and Analysis of Bispectral
+//!   Bidirectional Reflectance and Reradiation Distribution Functions*, SIGGRAPH 2010.
+//! - [Smith 1967] B. Smith, *Geometrical shadowing of a random rough surface*, IEEE Transactions on Antennas and Propagation 15, 1967.
 //! - [Heitz 2014] E. Heitz, *Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs*, JCGT 3(2), 2014.
 //! - [Heitz 2018] E. Heitz, *Sampling the GGX Distribution of Visible Normals*, JCGT 7(4), 2018.
 //! - [Kulla 2017] C. Kulla, A. Conty, *Revisiting Physically Based Shading at Imageworks*, SIGGRAPH 2017 course notes.

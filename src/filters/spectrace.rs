@@ -259,12 +259,14 @@ impl Spectrace {
         if self.quantity == Quantity::Stokes {
             return usage!("--output stokes goes with --method path; {method} knows nothing of polarization");
         }
-        let photons = self.method == Solver::Photon && scene.fluoresces();
+        let photon = self.method == Solver::Photon;
         let out = [
             (scene.polarised, "polarization"),
-            (scene.effects.disperses, "dispersion"),
-            (scene.effects.absorbs, "absorption within bodies"),
-            (photons, "light that photons would have at other wavelengths"),
+            (scene.effects.disperses && !photon, "dispersion"),
+            (scene.effects.absorbs && !photon, "absorption within bodies"),
+            (scene.effects.disperses && photon, "dispersion of what the eye sees through a body"),
+            (scene.effects.absorbs && photon, "absorption of what the eye sees through a body"),
+            (scene.fluoresces() && photon, "light that photons would have at other wavelengths"),
         ];
         for (_, what) in out.iter().filter(|o| o.0) {
             run.notes.add(format!("{what} is left out by --method {method}; path has it"));

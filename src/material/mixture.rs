@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3A};
 
 use crate::Result;
 use crate::material::read::{Reader, named};
-use crate::material::{Effects, Lobes, Material, Site};
+use crate::material::{Effects, Lobes, MOST_LOBES, Material, Site};
 
 /// A weighted sum of materials.
 pub struct Mixture(pub Vec<(f32, Arc<dyn Material>)>);
@@ -51,5 +51,21 @@ pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
         return Err(r.keys.wrong("of and shares: one to three of each, shares from 0 that sum to at most 1"));
     }
     let part = |(name, share): (&String, &f64)| Ok((*share as f32, named(r, name)?));
-    Ok(Arc::new(Mixture(names.iter().zip(&shares).map(part).collect::<Result<_>>()?)))
+    let parts: Vec<(f32, Arc<dyn Material>)> = names.iter().zip(&shares).map(part).collect::<Result<_>>()?;
+    if parts.iter().map(|(_, m)| ways(&**m)).sum::<usize>() > MOST_LOBES {
+        return Err(r.keys.wrong("of: more ways for light than one surface can have; mix fewer gratings"));
+    }
+    Ok(Arc::new(Mixture(parts)))
+}
+
+/// Most lobes that a material has from either side.
+fn ways(material: &dyn Material) -> usize {
+    let seen = |i: u16| {
+        let site = Site { front: i % 2 == 0, ..Site::default() };
+        let cos = (f32::from(i / 2) + 0.5) / 8.0;
+        let mut lobes = Lobes::default();
+        material.lobes(&site, Vec3A::new((1.0 - cos * cos).sqrt(), 0.0, cos), &mut lobes);
+        lobes.len()
+    };
+    (0..16).map(seen).max().unwrap_or(0)
 }

@@ -181,7 +181,8 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
         }
     };
     let carried = Carried::<G>::new(&scene, &sampling, range_nm)?;
-    let polarised = scene.polarised || quantity.what == What::Stokes;
+    // The other methods know nothing of it.
+    let polarised = matches!(method, Choice::Path(_)) && (scene.polarised || quantity.what == What::Stokes);
     let method = method.on(scene.clone(), outline, range_nm, (Comb::new(&sampling), polarised), &carried)?;
     let all: Vec<Ink> = scene.inks.iter().chain(method.inks()).cloned().collect();
     let inks = Inks::<G>::new(&all, &scene.srgb, &sampling).with_lights(&lamps, &sampling);

@@ -57,8 +57,8 @@ pub enum Choice {
 }
 
 impl Choice {
-    /// Makes the method ready for a scene, of which wavelengths in `range_nm` count; those of a picture, and whether their polarization
-    /// does, are path tracing's.
+    /// Makes the method ready for a scene, of which wavelengths in `range_nm` count. Where they go their own ways those of the picture
+    /// say which; whether their polarization counts is path tracing's.
     pub fn on(
         &self,
         scene: Arc<Scene>,
@@ -70,7 +70,7 @@ impl Choice {
         Ok(match self {
             Choice::Path(options) => Box::new(PathTracing::new(scene, outline, *options, comb, polarised)),
             Choice::Local(options) => Box::new(Local::new(scene, *options, range_nm)?),
-            Choice::Photon(options) => Box::new(PhotonMap::new(scene, outline, options, wavelengths)?),
+            Choice::Photon(options) => Box::new(PhotonMap::new(scene, outline, options, &comb, wavelengths)?),
             Choice::Radiosity(options) => Box::new(Radiosity::new(scene, options, wavelengths)?),
         })
     }

@@ -9,7 +9,8 @@ use std::collections::HashMap;
 use glam::Vec3A;
 use rayon::prelude::*;
 
-use crate::material::{Base, Tint};
+use crate::material::{Base, Kernel, Tint};
+use crate::render::comb::Comb;
 use crate::render::inks::Outline;
 use crate::render::lanes::Lanes;
 use crate::render::meeting::Meeting;
@@ -19,8 +20,8 @@ use crate::render::sampler::Sampler;
 use crate::render::stored::Stored;
 use crate::render::trail::Trail;
 use crate::render::wavelengths::Wavelengths;
-use crate::scene::Scene;
 use crate::scene::light::Emission;
+use crate::scene::{Hit, Scene};
 use crate::{Result, invalid};
 
 /// A photon that has not ended by now never will.
@@ -33,6 +34,8 @@ const LEARNERS: (u32, u32) = (1 << 14, 1 << 18);
 const TOGETHER: u32 = 1024;
 /// Pairs of a sampler's numbers a bounce.
 const PAIRS: u32 = 2;
+/// The pair that says which wavelengths a photon keeps where they go apart.
+const WAVELENGTHS: u32 = 0x4000_0000;
 
 /// What is asked for.
 pub struct Plan<'a> {
@@ -40,6 +43,8 @@ pub struct Plan<'a> {
     pub scene: &'a Scene,
     /// What photons are worth, for their ends by lot.
     pub outline: &'a Outline,
+    /// Wavelengths of the picture, for those that go apart.
+    pub comb: &'a Comb,
     /// What rows hold.
     pub wavelengths: &'a dyn Wavelengths,
     /// Photons given off for each map.
@@ -172,21 +177,50 @@ impl Plan<'_> {
         lamps.start(&sampler).map_or_else(Way::default, |start| self.way(start, &sampler))
     }
 
+    /// Where wavelengths go apart a photon keeps those about one of them, by lot, and has the flux of all.
+    fn apart(&self, spread: f32, sampler: &Sampler, way: &mut Way, flux: &mut f32) -> Option<f32> {
+        let [place, lot] = sampler.pair(WAVELENGTHS);
+        let parts = self.comb.parts(spread, place)?;
+        let (window, nm) = self.comb.part(&parts, ((lot * parts.count as f32) as u32).min(parts.count - 1));
+        way.tints.push(Tint::Window(window));
+        *flux *= parts.count as f32;
+        Some(nm)
+    }
+
+    /// A body that is met from behind has absorbed on the way.
+    fn absorb(&self, hit: &Hit, direction: Vec3A, outline: &mut Lanes<1>, way: &mut Way) {
+        let interior = self.scene.materials[hit.surface.material as usize].interior();
+        let Some(depth) = interior.filter(|_| hit.normal.dot(direction) > 0.0) else { return };
+        let tint = Tint::Inside { depth, metres: (f64::from(hit.t) / self.scene.frame.scale) as f32 };
+        self.outline.tint(outline, &tint);
+        way.tints.push(tint);
+    }
+
     /// Follows a photon to its end.
     fn way(&self, Start { mut origin, mut direction, light, mut flux }: Start, sampler: &Sampler) -> Way {
         let mut way = Way::default();
         let mut outline = Lanes::<1>::splat(1.0);
         let mut straight = true;
+        // The wavelength that says where it goes, once they have gone apart.
+        let mut nm = None;
         for bounce in 0..=MOST_BOUNCES {
             let Some(hit) = self.scene.geometry.closest(origin, direction) else { return way };
             let (at, lobes) = Meeting::with_lobes(self.scene, &hit, direction);
+            if self.scene.effects.absorbs {
+                self.absorb(&hit, direction, &mut outline, &mut way);
+            }
             if !straight && lobes.iter().any(|l| !l.kernel.is_specular()) {
                 way.arrivals.push(Arrival { place: hit.point, normal: at.side, flux, light, tints: way.tints.len() });
             }
             let pair = emit::PAIRS + PAIRS * bounce;
             let [lot, end] = sampler.pair(pair);
             let Some(lobe) = lobes.choose(lot) else { return way };
-            let Some(turn) = lobe.kernel.sample(at.out, sampler.pair(pair + 1)) else { return way };
+            if nm.is_none() && self.scene.effects.disperses {
+                nm = self.apart(lobe.kernel.spread(at.out), sampler, &mut way, &mut flux);
+            }
+            let single = nm.and_then(|nm| lobe.kernel.at(nm));
+            let kernel: &dyn Kernel = single.as_ref().map_or(lobe.kernel, |s| s);
+            let Some(turn) = kernel.sample(at.out, sampler.pair(pair + 1)) else { return way };
             let tint = lobe.tint.turned(at.out, turn.inc);
             let before = self.outline.value(&outline);
             self.outline.tint(&mut outline, &tint);

@@ -23,6 +23,7 @@ use glam::Vec3A;
 
 use crate::material::{Lobe, Lobes};
 use crate::notes::Notes;
+use crate::render::comb::Comb;
 use crate::render::inks::Outline;
 use crate::render::meeting::Meeting;
 use crate::render::method::Method;
@@ -85,6 +86,7 @@ impl PhotonMap {
         scene: Arc<Scene>,
         outline: Outline,
         options: &Options,
+        comb: &Comb,
         wavelengths: &dyn Wavelengths,
     ) -> Result<PhotonMap> {
         parallel::ready();
@@ -97,7 +99,7 @@ impl PhotonMap {
             |b| parse(b, &scene, wavelengths.lanes()),
             || {
                 let photons = (photons / passes).max(1);
-                Plan { scene: &scene, outline: &outline, wavelengths, photons, passes, seed, memory }.trace()
+                Plan { scene: &scene, outline: &outline, comb, wavelengths, photons, passes, seed, memory }.trace()
             },
             bytes,
         )?;

@@ -36,7 +36,8 @@ impl Angular {
     /// ```
     pub fn factor(&self, cos: f32) -> f32 {
         match self {
-            Angular::Cosine(power) => cos.max(0.0).powf(*power),
+            Angular::Cosine(_) if cos <= 0.0 => 0.0,
+            Angular::Cosine(power) => cos.powf(*power),
             Angular::Table(points) => {
                 let deg = cos.clamp(-1.0, 1.0).acos().to_degrees();
                 let above = points.partition_point(|p| p.0 < deg);
@@ -54,9 +55,10 @@ impl Angular {
         if let Angular::Cosine(power) = self {
             return 2.0 * PI / (f64::from(*power) + if surface { 2.0 } else { 1.0 });
         }
-        let end: f64 = if surface { 90.0 } else { 180.0 };
+        let last = if let Angular::Table(points) = self { points[points.len() - 1].0.into() } else { 180.0 };
+        let end: f64 = f64::min(if surface { 90.0 } else { 180.0 }, last);
         // By Simpson's rule between the angles of the table and a step of half a degree.
-        let mut nodes: Vec<f64> = (0..=(2.0 * end) as u32).map(|i| f64::from(i) / 2.0).collect();
+        let mut nodes: Vec<f64> = (0..=(2.0 * end) as u32).map(|i| f64::from(i) / 2.0).chain([end]).collect();
         if let Angular::Table(points) = self {
             nodes.extend(points.iter().map(|p| f64::from(p.0)).filter(|deg| *deg < end));
         }
