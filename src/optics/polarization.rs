@@ -81,6 +81,15 @@ pub struct Diattenuation {
     pub c: f32,
 }
 
+impl Diattenuation {
+    /// What becomes of a Stokes vector.
+    #[inline(always)]
+    pub fn apply(&self, [i, q, u, v]: [f32; 4]) -> [f32; 4] {
+        let Diattenuation { a, b, c } = *self;
+        [i + a * q, a * i + q, b * u - c * v, c * u + b * v]
+    }
+}
+
 /// Sine and cosine of twice the angle by which a Stokes vector's frame is turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {

@@ -148,6 +148,18 @@ impl Reradiation {
         }
     }
 
+    /// Share of the power that it takes in at each wavelength and gives off again; of a dye at most.
+    pub fn given(&self) -> Spectrum {
+        match self {
+            Reradiation::Dye { absorbed, .. } => absorbed.clone(),
+            Reradiation::Bands { from_nm, step_nm, shares } => {
+                let sum = |inc: usize| shares.iter().map(|row| row[inc]).sum::<f64>();
+                let middle = |inc: usize| (from_nm + step_nm * (inc as f64 + 0.5), sum(inc));
+                Spectrum::Table((0..shares.len()).map(middle).collect())
+            }
+        }
+    }
+
     /// Mean over the wavelengths `out` of the integral of F over `inc`: spectral power that comes out in a bin for 1 W/nm in all of
     /// another.
     pub fn between(&self, out: (f64, f64), inc: (f64, f64)) -> f64 {

@@ -2,7 +2,7 @@
 //! for both, and light that nobody asks the polarization of costs nothing.
 
 use crate::material::{Polar, Tint};
-use crate::optics::polarization::Rotation;
+use crate::optics::polarization::{Diattenuation, Rotation};
 use crate::render::inks::Inks;
 use crate::render::lanes::{GROUP, Lanes};
 
@@ -11,8 +11,8 @@ pub trait Beam<const G: usize>: Clone + Send {
     /// None.
     fn dark() -> Self;
 
-    /// Unpolarised light, `k` of each wavelength.
-    fn even(k: f32) -> Self;
+    /// Adds the same to each wavelength: I, Q, U and V.
+    fn add(&mut self, vector: [f32; 4]);
 
     /// Its amount.
     fn intensity(&self) -> &Lanes<G>;
@@ -45,8 +45,8 @@ impl<const G: usize> Beam<G> for Lanes<G> {
     }
 
     #[inline(always)]
-    fn even(k: f32) -> Self {
-        Lanes::splat(k)
+    fn add(&mut self, [i, ..]: [f32; 4]) {
+        Lanes::add(self, i);
     }
 
     #[inline(always)]
@@ -81,10 +81,12 @@ impl<const G: usize> Beam<G> for Stokes<G> {
     }
 
     #[inline(always)]
-    fn even(k: f32) -> Self {
-        let mut all = Self::dark();
-        all.0[0] = Lanes::splat(k);
-        all
+    fn add(&mut self, vector: [f32; 4]) {
+        for i in 0..4 {
+            if vector[i] != 0.0 {
+                self.0[i].add(vector[i]);
+            }
+        }
     }
 
     #[inline(always)]
@@ -106,6 +108,9 @@ impl<const G: usize> Beam<G> for Stokes<G> {
 
     #[inline(always)]
     fn tint(&mut self, inks: &Inks<G>, tint: &Tint) {
+        if let Some(k) = inks.scalar(tint) {
+            return self.0.iter_mut().for_each(|lanes| lanes.scale(k));
+        }
         let mut factor = Lanes::splat(1.0);
         inks.tint(&mut factor, tint);
         for i in 0..4 {
@@ -115,8 +120,21 @@ impl<const G: usize> Beam<G> for Stokes<G> {
 
     #[inline(always)]
     fn polarise(&mut self, inks: &Inks<G>, polar: &Polar, cos: f32, turn: &Rotation) {
-        let [a, b, c] = inks.polar(polar, cos);
         let Rotation { cos2, sin2 } = *turn;
+        if let Some(Diattenuation { a, b, c }) = inks.constant(polar, cos) {
+            for g in 0..G {
+                for j in 0..GROUP {
+                    let [i, q, u, v] = [self.0[0].0[g][j], self.0[1].0[g][j], self.0[2].0[g][j], self.0[3].0[g][j]];
+                    let (i, q, u, v) = (i + a * q, a * i + q, b * u - c * v, c * u + b * v);
+                    self.0[0].0[g][j] = i;
+                    self.0[1].0[g][j] = cos2 * q + sin2 * u;
+                    self.0[2].0[g][j] = cos2 * u - sin2 * q;
+                    self.0[3].0[g][j] = v;
+                }
+            }
+            return;
+        }
+        let [a, b, c] = inks.polar(polar, cos);
         for g in 0..G {
             for j in 0..GROUP {
                 let [i, q, u, v] = [self.0[0].0[g][j], self.0[1].0[g][j], self.0[2].0[g][j], self.0[3].0[g][j]];

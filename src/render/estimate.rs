@@ -40,6 +40,8 @@ pub const FEWEST_PATHS: u32 = REPLICATES * FIRST_PATHS;
 pub const MOST_WAVELENGTHS: usize = GROUP * 60;
 /// Wavelengths that outlines of the light for an observer are made of.
 const OUTLINED: usize = 80;
+/// What all wavelengths together count by, over what they count for the observer, where some may fluoresce.
+const UNSEEN: f64 = 0.3;
 /// Probes that are neighbours, and judged together: the error of one alone is itself uncertain.
 pub const NEIGHBOURS: usize = 16;
 
@@ -172,12 +174,18 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
     let Quantity { sampling, range_nm, seed, .. } = quantity.clone();
     let outline = match quantity.what {
         What::Spectrum | What::Stokes => Outline::new(&scene.inks, &scene.srgb, &sampling, None),
-        // What cannot be seen may come back as light.
-        _ if scene.fluoresces() => Outline::new(&scene.inks, &scene.srgb, &sampling, None),
         // The same paths however many wavelengths they carry.
         What::Xyz | What::Lighting => {
             let fine = Sampling::bins(range_nm.0, range_nm.1, OUTLINED)?;
-            Outline::new(&scene.inks, &scene.srgb, &fine, Some(&fine.xyz_weights(&observer)))
+            let mut counts = fine.xyz_weights(&observer);
+            if scene.fluoresces() {
+                // What cannot be seen may come back as light: each wavelength counts besides.
+                for counts in &mut counts {
+                    let each = UNSEEN * counts.iter().sum::<f64>() / OUTLINED as f64;
+                    counts.iter_mut().for_each(|c| *c += each);
+                }
+            }
+            Outline::new(&scene.inks, &scene.srgb, &fine, Some(&counts))
         }
     };
     let carried = Carried::<G>::new(&scene, &sampling, range_nm)?;

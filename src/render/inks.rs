@@ -7,6 +7,7 @@ use crate::material::{Base, Ink, Polar, Tint, tint};
 use crate::optics::aperture::Airy;
 use crate::optics::fresnel;
 use crate::optics::polarization::{Diattenuation, sheet};
+use crate::render::beam::Beam;
 use crate::render::films::Films;
 use crate::render::lanes::{GROUP, Lanes};
 use crate::render::reradiate::Dye;
@@ -85,7 +86,8 @@ impl<const G: usize> Inks<G> {
             Ink::Grating(rulings) => Sampled::Grating(rulings.clone(), lanes(&rulings.reflectance)),
             Ink::Reradiation { reflectance, dye } => match sampling {
                 Some(sampling) => Sampled::Dye(Dye::new(lanes(reflectance), dye, sampling)),
-                None => Sampled::One(lanes(reflectance)),
+                // An outline: what keeps its wavelength, and what does not.
+                None => Sampled::Index(lanes(reflectance), lanes(&dye.given())),
             },
         };
         Inks {
@@ -142,9 +144,8 @@ impl<const G: usize> Inks<G> {
             Tint::Metal { index, cos_half } => light.multiply(&self.metal(index, cos_half)),
             Tint::Repeated { mean, albedo } => light.multiply(&self.one(mean).map(|r| tint::repeated(r, albedo))),
             Tint::Panes { depth, stack, back } => {
-                // Clear and grey panes are the same at every wavelength.
-                if let Ink::Depth(Spectrum::Constant(d)) = &self.plain[depth as usize] {
-                    return light.scale(stack.share(*d as f32, back));
+                if let Some(k) = self.scalar(tint) {
+                    return light.scale(k);
                 }
                 light.multiply(&self.one(depth).map(|d| stack.share(d, back)));
             }
@@ -198,12 +199,30 @@ impl<const G: usize> Inks<G> {
         density
     }
 
+    /// The factor of a tint that is the same at every wavelength.
+    #[inline(always)]
+    pub fn scalar(&self, tint: &Tint) -> Option<f32> {
+        match tint {
+            Tint::None => Some(1.0),
+            Tint::Base(Base::Grey(r)) => Some(*r),
+            // Clear and grey panes.
+            Tint::Panes { depth, stack, back } => match &self.plain[*depth as usize] {
+                Ink::Depth(Spectrum::Constant(d)) => Some(stack.share(*d as f32, *back)),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// What a surface does to the polarization of all wavelengths alike.
+    #[inline(always)]
+    pub fn constant(&self, polar: &Polar, cos: f32) -> Option<Diattenuation> {
+        polar.constant(cos, &self.plain)
+    }
+
     /// What a surface does to the polarization of each wavelength, over what it does to the amount.
     #[inline(always)]
     pub fn polar(&self, polar: &Polar, cos: f32) -> [Lanes<G>; 3] {
-        if let Some(Diattenuation { a, b, c }) = polar.constant(cos, &self.plain) {
-            return [a, b, c].map(Lanes::splat);
-        }
         let mut all = [Lanes::splat(0.0); 3];
         match *polar {
             Polar::Film { film, through } => {
@@ -243,13 +262,20 @@ impl<const G: usize> Inks<G> {
 
     /// Number of what fluorescence makes of lights, and what ink number `i` makes of so much of them.
     #[inline(always)]
-    pub fn reradiate(&self, i: u32, arrived: &[(u32, &Lanes<G>)]) -> Option<(u32, Lanes<G>)> {
+    pub fn reradiate<B: Beam<G>>(&self, i: u32, arrived: &[(u32, B)]) -> Option<(u32, Lanes<G>)> {
         let (Some(lights), Sampled::Dye(dye)) = (&self.lights, &self.inks[i as usize]) else { return None };
         let own = lights.len() as u32;
         let mut sum = Lanes::splat(0.0);
-        for (light, factors) in arrived {
+        for (light, beam) in arrived {
+            let factors = beam.intensity();
             match lights.get(*light as usize) {
-                Some(radiance) => sum.add_scaled(&radiance.map2(factors, |a, b| a * b), 1.0),
+                Some(radiance) => {
+                    for (sums, (a, b)) in sum.0.iter_mut().zip(radiance.0.iter().zip(&factors.0)) {
+                        for j in 0..GROUP {
+                            sums[j] += a[j] * b[j];
+                        }
+                    }
+                }
                 None => sum.add_scaled(factors, 1.0),
             }
         }
@@ -326,8 +352,14 @@ impl Outline {
         match tint {
             // Which of the wavelengths a path still carries is the same for all its parts.
             Tint::Window(_) | Tint::Airy { .. } => {}
-            // All that goes in may come out anywhere.
-            Tint::Fluorescent(_) => *carried = Lanes::splat(carried.largest()),
+            // What goes in keeps its wavelength, or comes out where it is worth the most.
+            Tint::Fluorescent(i) => {
+                let most = carried.largest();
+                if let Sampled::Index(reflectance, given) = &self.inks.inks[*i as usize] {
+                    carried.multiply(reflectance);
+                    carried.add_scaled(given, most);
+                }
+            }
             tint => self.inks.tint(carried, tint),
         }
     }

@@ -37,6 +37,9 @@ impl<const G: usize> Dye<G> {
         let mut out = Lanes::splat(0.0);
         for (inc, groups, column) in &self.columns {
             let k = light.0[inc / GROUP][inc % GROUP];
+            if k == 0.0 {
+                continue;
+            }
             for (sums, more) in out.0[groups.clone()].iter_mut().zip(&column.0[groups.clone()]) {
                 for i in 0..GROUP {
                     sums[i] += k * more[i];

@@ -178,19 +178,12 @@ impl<const G: usize, B: Beam<G>> Arrived<G, B> {
                         beam.tint(inks, tint);
                     }
                 }
-                Step::Light { light, weight, aside: 0 } => find(&mut self.here, *light).intensity_mut().add(*weight),
+                Step::Light { light, weight, aside: 0 } => {
+                    find(&mut self.here, *light).add([*weight, 0.0, 0.0, 0.0]);
+                }
                 Step::Light { light, weight, aside } => {
-                    let mut beam = B::even(*weight);
                     let from = left - *aside as usize;
-                    for step in trail.steps[from..left].iter().rev() {
-                        match step {
-                            Step::Tint(tint) => beam.tint(inks, tint),
-                            Step::Polar { polar, cos, turn } => beam.polarise(inks, polar, *cos, turn),
-                            Step::Depolarise => beam.depolarise(),
-                            _ => {}
-                        }
-                    }
-                    find(&mut self.here, *light).add_scaled(&beam, 1.0);
+                    self.join(*light, *weight, &trail.steps[from..left], inks);
                     left = from;
                 }
                 Step::Stored { row, weight } => {
@@ -219,11 +212,47 @@ impl<const G: usize, B: Beam<G>> Arrived<G, B> {
         &self.here
     }
 
+    /// Light joins that has a way of its own: as long as that does the same to all wavelengths, four numbers will do.
+    #[inline(always)]
+    fn join(&mut self, light: u32, weight: f32, aside: &[Step], inks: &Inks<G>) {
+        let mut vector = [weight, 0.0, 0.0, 0.0];
+        let mut left = aside.len();
+        while left > 0 {
+            match &aside[left - 1] {
+                Step::Tint(tint) => match inks.scalar(tint) {
+                    Some(k) => vector = vector.map(|x| x * k),
+                    None => break,
+                },
+                Step::Polar { polar, cos, turn } => match inks.constant(polar, *cos) {
+                    Some(d) => vector = turn.apply(d.apply(vector)),
+                    None => break,
+                },
+                Step::Depolarise => vector = [vector[0], 0.0, 0.0, 0.0],
+                _ => {}
+            }
+            left -= 1;
+        }
+        let at = find(&mut self.here, light);
+        if left == 0 {
+            return at.add(vector);
+        }
+        let mut beam = B::dark();
+        beam.add(vector);
+        for step in aside[..left].iter().rev() {
+            match step {
+                Step::Tint(tint) => beam.tint(inks, tint),
+                Step::Polar { polar, cos, turn } => beam.polarise(inks, polar, *cos, turn),
+                Step::Depolarise => beam.depolarise(),
+                _ => {}
+            }
+        }
+        at.add_scaled(&beam, 1.0);
+    }
+
     /// What falls on a fluorescent surface becomes what it gives off.
     #[inline(always)]
     fn reradiate(&mut self, ink: u32, inks: &Inks<G>) {
-        let falls: Vec<(u32, &Lanes<G>)> = self.here.iter().map(|(light, beam)| (*light, beam.intensity())).collect();
-        let given = inks.reradiate(ink, &falls);
+        let given = inks.reradiate(ink, &self.here);
         for (_, beam) in &mut self.here {
             beam.tint(inks, &Tint::Fluorescent(ink));
         }
