@@ -17,14 +17,14 @@ const LONGEST: Duration = Duration::from_secs(30);
 
 const HEAD: &str = "# Accuracy
 
-`make accuracy` measures every case of [tests/ref/validation.toml](../tests/ref/validation.toml) that Eq. (1) covers and writes this page:
+`make accuracy` measures every case of [tests/ref/validation.toml](../tests/ref/validation.toml) and writes this page:
 closed forms, quadrature and converged solutions, each with its own source there; numbers \"cie\" are cases of CIE 171:2006. A
 measurement goes on until its standard error is a fifth of the tolerance, or its share of 30 seconds is up. Path tracing claims all
 cases, the other methods those that they can show; what these work out before they look is solved eight times, with other random
 numbers each, for its standard error. Values beyond their tolerance are marked, apart from those that two standard errors explain. The line is that of the value of the case that comes out worst, by its distance over its
 tolerance.
 
-Not measured: `furnace-thermal-medium` and `furnace-thinfilm-conductor`, which need media and thin films.
+Not measured: `furnace-thermal-medium`, which needs a medium.
 
 ";
 

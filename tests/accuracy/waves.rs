@@ -161,7 +161,7 @@ fn diffraction(t: &toml::Table, all: &mut Vec<Row>) {
         }
         for m in orders("evanescent") {
             let none = f64::from(grating::order_deg(inc, m, nm, pitch).is_none());
-            row(all, id, format!("{pitch} nm, {inc} deg, {nm} nm, no order {m}"), 1.0, none, 0.0);
+            row(all, id, format!("{pitch} nm, {inc} deg, {nm} nm, no order {m}"), 1.0, none, 1e-9);
         }
     }
     let id = "diffraction-limits";
@@ -192,7 +192,7 @@ fn fluorescence(t: &toml::Table, all: &mut Vec<Row>) {
     for inc in 0..5 {
         for out in 0..5 {
             let got = dye.between(band(out), band(inc)) + if inc == out { reflectance.at(nm[inc]) } else { 0.0 };
-            row(all, id, format!("M {out} {inc}"), m[out][inc], got, 1e-5 * m[out][inc]);
+            row(all, id, format!("M {out} {inc}"), m[out][inc], got, 1e-5 * m[out][inc].max(1e-3));
         }
     }
     // No photon is gained, and what would gain is refused.
@@ -200,11 +200,11 @@ fn fluorescence(t: &toml::Table, all: &mut Vec<Row>) {
     for (what, k, fits) in [("as it is", 1.0, true), ("nothing", 0.0, true), ("1.3 times", 1.3, false)] {
         let scaled: Vec<Vec<f64>> = m.iter().map(|r| r.iter().map(|x| x * k).collect()).collect();
         let got = Reradiation::from_bands(375.0, 50.0, scaled).is_ok();
-        row(all, id, what.into(), f64::from(fits), f64::from(got), 0.0);
+        row(all, id, what.into(), f64::from(fits), f64::from(got), 1e-9);
     }
     let mut up = m;
     up[0][1] = 1e-3;
-    row(all, id, "a photon that gains".into(), 1.0, f64::from(Reradiation::from_bands(375.0, 50.0, up).is_err()), 0.0);
+    row(all, id, "a photon that gains".into(), 1.0, f64::from(Reradiation::from_bands(375.0, 50.0, up).is_err()), 1e-9);
     // Malus' law in matrices.
     let id = "pol-malus";
     let ideal = sheet(1.0, 0.0, 0.0);
