@@ -32,7 +32,7 @@ impl Material for Fluorescent {
 
     fn only(&self, site: &Site) -> Option<Lobe<'_>> {
         let lit = site.front || self.two_sided;
-        lit.then(|| Lobe { kernel: &UP, tint: Tint::Fluorescent(self.ink), factor: 1.0, odds: 1.0, polar: None })
+        lit.then_some(Lobe { kernel: &UP, tint: Tint::Fluorescent(self.ink), factor: 1.0, odds: 1.0, polar: None })
     }
 }
 

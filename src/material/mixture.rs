@@ -61,7 +61,7 @@ pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
 /// Most lobes that a material has from either side.
 fn ways(material: &dyn Material) -> usize {
     let seen = |i: u16| {
-        let site = Site { front: i % 2 == 0, ..Site::default() };
+        let site = Site { front: i.is_multiple_of(2), ..Site::default() };
         let cos = (f32::from(i / 2) + 0.5) / 8.0;
         let mut lobes = Lobes::default();
         material.lobes(&site, Vec3A::new((1.0 - cos * cos).sqrt(), 0.0, cos), &mut lobes);

@@ -134,11 +134,6 @@ impl Stack {
         Stack { outside: self.below.clone(), layers, below: self.outside.clone() }
     }
 
-    /// Sends nothing away but back and through.
-    pub fn is_lossless(&self) -> bool {
-        self.below.is_clear() && self.layers.iter().all(|l| l.0.is_clear())
-    }
-
     /// Phase of a layer at a wavelength.
     fn phase(&self, layer: usize, cos: f64, nm: f64) -> Complex64 {
         let (medium, thickness_nm) = &self.layers[layer];

@@ -82,22 +82,22 @@ impl Reradiation {
     pub fn from_bands(from_nm: f64, step_nm: f64, mut shares: Vec<Vec<f64>>) -> Result<(Spectrum, Reradiation)> {
         let n = shares.len();
         let middle = |i: usize| from_nm + step_nm * (i as f64 + 0.5);
-        for inc in 0..n {
-            let mut photons = 0.0;
-            for out in 0..n {
-                let share = shares[out][inc];
-                if !(0.0..=1.0).contains(&share) {
-                    return invalid!("{share} from {} to {} nm: shares lie in 0 to 1", middle(inc), middle(out));
-                }
-                if out < inc && share > 1e-9 {
-                    return invalid!(
-                        "{share} from {} to {} nm: no photon gains energy; rows are where light comes out",
-                        middle(inc),
-                        middle(out)
-                    );
-                }
-                photons += share * middle(out) / middle(inc);
+        let pairs = |inc: usize| (0..n).map(move |out| (out, inc));
+        for (out, inc) in (0..n).flat_map(pairs) {
+            let share = shares[out][inc];
+            if !(0.0..=1.0).contains(&share) {
+                return invalid!("{share} from {} to {} nm: shares lie in 0 to 1", middle(inc), middle(out));
             }
+            if out < inc && share > 1e-9 {
+                return invalid!(
+                    "{share} from {} to {} nm: no photon gains energy; rows are where light comes out",
+                    middle(inc),
+                    middle(out)
+                );
+            }
+        }
+        for inc in 0..n {
+            let photons: f64 = shares.iter().enumerate().map(|(out, row)| row[inc] * middle(out) / middle(inc)).sum();
             if photons > 1.0 + 1e-9 {
                 return invalid!("{photons:.6} photons come out for each one at {} nm; at most 1 can", middle(inc));
             }
@@ -133,19 +133,6 @@ impl Reradiation {
         let yielded = |nm: f64| (nm, absorption.at(nm) * quantum_yield.at(nm));
         let absorbed = Spectrum::from_points(grid().map(yielded).collect())?;
         Ok(Reradiation::Dye { absorbed, emission: emission.clone() })
-    }
-
-    /// Wavelengths from and to which it takes light in, nm.
-    pub fn excited_nm(&self) -> (f64, f64) {
-        match self {
-            Reradiation::Bands { from_nm, step_nm, shares } => (*from_nm, from_nm + step_nm * shares.len() as f64),
-            Reradiation::Dye { absorbed: Spectrum::Table(points), .. } => {
-                let mut takes = points.iter().filter(|p| p.1 > 0.0).map(|p| p.0);
-                let first = takes.next().unwrap_or(0.0);
-                (first, takes.last().unwrap_or(first))
-            }
-            Reradiation::Dye { .. } => (0.0, f64::INFINITY),
-        }
     }
 
     /// Share of the power that it takes in at each wavelength and gives off again; of a dye at most.

@@ -82,10 +82,8 @@ impl<const G: usize> Beam<G> for Stokes<G> {
 
     #[inline(always)]
     fn add(&mut self, vector: [f32; 4]) {
-        for i in 0..4 {
-            if vector[i] != 0.0 {
-                self.0[i].add(vector[i]);
-            }
+        for (lanes, x) in self.0.iter_mut().zip(vector).filter(|(_, x)| *x != 0.0) {
+            lanes.add(x);
         }
     }
 

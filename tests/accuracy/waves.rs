@@ -108,7 +108,9 @@ fn furnace(t: &toml::Table, all: &mut Vec<Row>) {
     let gold = Complex64::new(0.43, 2.455);
     let silver = Complex64::new(0.06, 3.586);
     let glass = Complex64::from(1.52);
-    let stacks: [(&str, &[(Complex64, f64)], Complex64); 4] = [
+    // Name, layers with their thickness in nm, and what lies below.
+    type Named<'a> = (&'a str, &'a [(Complex64, f64)], Complex64);
+    let stacks: [Named; 4] = [
         ("gold", &[], gold),
         ("silver on glass", &[(silver, 30.0)], glass),
         ("film on gold", &[(Complex64::from(1.46), 220.0)], gold),
@@ -190,9 +192,10 @@ fn fluorescence(t: &toml::Table, all: &mut Vec<Row>) {
     let nm = list(t, id, "lambda_nm");
     let band = |i: usize| (nm[i] - 25.0, nm[i] + 25.0);
     for inc in 0..5 {
-        for out in 0..5 {
+        for (out, row_out) in m.iter().enumerate() {
+            let want = row_out[inc];
             let got = dye.between(band(out), band(inc)) + if inc == out { reflectance.at(nm[inc]) } else { 0.0 };
-            row(all, id, format!("M {out} {inc}"), m[out][inc], got, 1e-5 * m[out][inc].max(1e-3));
+            row(all, id, format!("M {out} {inc}"), want, got, 1e-5 * want.max(1e-3));
         }
     }
     // No photon is gained, and what would gain is refused.

@@ -95,7 +95,7 @@ fn fluorescent_surfaces_give_off_what_the_matrix_says() {
     );
     // B = (1 - 0.9 R)^-1 (1 + 0.9 F B), upwards band by band.
     let full: Vec<Vec<f64>> = m["M"].as_array().unwrap().iter().map(numbers).collect();
-    let mut want = vec![0.0; 5];
+    let mut want = [0.0; 5];
     for i in 0..5 {
         let from: f64 = (0..i).map(|j| 0.9 * full[i][j] * want[j]).sum();
         want[i] = (1.0 + from) / (1.0 - 0.9 * seen(i));

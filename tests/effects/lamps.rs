@@ -1,6 +1,6 @@
 //! Lamps by their profiles, and what is refused.
 
-use glam::{DVec3, Vec3A};
+use glam::DVec3;
 use luxpipe::render::estimate::{Probe, What};
 use luxpipe::scene::load;
 
@@ -24,7 +24,7 @@ fn lamps_give_their_flux_by_any_profile() {
                 let r = (1.0 - z * z).sqrt();
                 let p = DVec3::new(r * c, r * s, z);
                 let point = scene.lifted(scene.frame.place(p * 2.0).as_vec3a(), -p.as_vec3a());
-                let probe = Probe::Irradiance { point, normal: Vec3A::from(-p.as_vec3a()), number: 1 };
+                let probe = Probe::Irradiance { point, normal: -p.as_vec3a(), number: 1 };
                 measured(&scene, &bins(4), What::Xyz, &PATH, &probe, 16)[1]
             })
             .sum();

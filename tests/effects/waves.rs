@@ -92,9 +92,8 @@ fn wave_roughness_has_both_limits() {
         let light = if around {
             AROUND.to_string()
         } else {
-            format!(
-                "[lights.s]\ntype = \"sun\"\nspectrum = 1\nradiance = 1\ndirection = [0, 0, 1]\ndiameter_deg = 0.5\n"
-            )
+            "[lights.s]\ntype = \"sun\"\nspectrum = 1\nradiance = 1\ndirection = [0, 0, 1]\ndiameter_deg = 0.5\n"
+                .to_string()
         };
         let text = format!(
             "{light}[materials.m]\ntype = \"wave_rough\"\nn = 0\nk = 5\nsigma_nm = {sigma}\ntau_nm = {}\n{}",

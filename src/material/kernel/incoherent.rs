@@ -90,7 +90,7 @@ impl Kernel for Incoherent {
         let [x, y] = self.rough.draw(cos, nm, [u[0], which.fract()]);
         let (x, y) = (x - out.x, y - out.y);
         let cos2 = 1.0 - x * x - y * y;
-        if !(cos2 > 1e-12) {
+        if cos2.is_nan() || cos2 <= 1e-12 {
             return None;
         }
         let inc = Vec3A::new(x, y, cos2.sqrt());

@@ -17,6 +17,9 @@ use crate::scene::geometry::Patch;
 use crate::scene::light::Emission;
 use crate::scene::{Hit, ray};
 
+/// What an element fluoresces by, if it does: number of the ink, and the share of the area that it has.
+pub type Dye = Option<(u32, f32)>;
+
 impl Workshop<'_> {
     /// Mean reflectance of each element for light from everywhere to everywhere.
     pub fn reflectances(&self, mesh: &Mesh) -> Vec<f32> {
@@ -74,8 +77,8 @@ impl Workshop<'_> {
         sums
     }
 
-    /// The fluorescent surfaces among elements: number of the ink, and the share of the area that it has.
-    pub fn dyes(&self, mesh: &Mesh) -> Vec<Option<(u32, f32)>> {
+    /// The fluorescent surfaces among elements.
+    pub fn dyes(&self, mesh: &Mesh) -> Vec<Dye> {
         let dye = |number: usize| {
             let (_, element) = mesh.element(number as u32);
             let hit = hit(&element.tile.patch, [0.5, 0.5]);

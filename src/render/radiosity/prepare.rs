@@ -9,6 +9,7 @@ use crate::render::meeting::Meeting;
 use crate::render::radiosity::cover::{self, Cover, Ground, Reached};
 use crate::render::radiosity::divide;
 use crate::render::radiosity::file;
+use crate::render::radiosity::matter::Dye;
 use crate::render::radiosity::mesh::Mesh;
 use crate::render::radiosity::rows::{self, Rows};
 use crate::render::radiosity::solve::{Solved, System};
@@ -218,7 +219,7 @@ impl Workshop<'_> {
     fn balance(
         &self,
         ground: Ground,
-        (reflectance, dyes): (&[f32], &[Option<(u32, f32)>]),
+        (reflectance, dyes): (&[f32], &[Dye]),
         data: &mut [f32],
         rays: u32,
         tolerance: f64,
@@ -259,7 +260,7 @@ impl Workshop<'_> {
     fn fluoresce<F: Fn(&[f32], &mut [f32]) + Sync>(
         &self,
         system: &System<F>,
-        dyes: &[Option<(u32, f32)>],
+        dyes: &[Dye],
         (total, between): (&mut [f32], &mut [f32]),
         tolerance: f64,
     ) -> Solved {
