@@ -22,7 +22,7 @@
 //! | [`optics`] | light at boundaries, in films and at edges: reflectance, phase, polarization, diffraction |
 //! | [`material`] | what surfaces do to light |
 //! | [`scene`] | scenes as TOML: shapes, lights, cameras |
-//! | [`render`] | Eq. (1) by path tracing |
+//! | [`render`] | Eq. (1) by several methods, and what it leaves out |
 //! | [`filter`], [`filters`] | what a filter is, and the filters |
 //! | [`pipeline`], [`cli`] | filters chained in one process; command lines |
 //!

@@ -1,5 +1,6 @@
 //! Materials: what a surface does to light, as lobes. A lobe is a [`Kernel`], how directions go, times a [`Tint`], what
-//! happens to each wavelength. Directions never depend on the wavelength here, so geometry is computed once for all of them.
+//! happens to each wavelength, and a [`Polar`], what happens to its polarization. Directions are the same for all wavelengths, so that
+//! geometry is computed once for all of them; kernels of which that is not true say what they are at one ([`Kernel::at`]).
 //!
 //! Frame: +z is the shading normal on the side that light leaves to. `out` is where light goes (to the eye), z > 0; `inc`
 //! where it comes from: z > 0 for reflection, z < 0 for transmission. Radiance is transported: L(out) = integral of

@@ -1,4 +1,4 @@
-//! Kernels: how directions go, the same for every wavelength. One kernel, one file.
+//! Kernels: how directions go, the same for every wavelength unless they say otherwise. One kernel, one file.
 
 pub mod bend;
 pub mod complement;
