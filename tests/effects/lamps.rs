@@ -63,7 +63,7 @@ fn surfaces_find_their_light_among_others() {
 #[test]
 fn what_cannot_be_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let file = matrix_file(folder.path(), 1.4);
+    let file = matrix_file(folder.path(), 1.25);
     for (material, word) in [
         (format!("type = \"fluorescent\"\nmatrix = \"{file}\""), "photons come out"),
         (
