@@ -43,9 +43,10 @@ impl Material for Grating {
         }
         let mut push = |kernel: &'a dyn Kernel, order| {
             let tint = Tint::Grating { rulings: self.ink, order, out: [out.x, out.y] };
-            // Some wavelengths have an order that others have not.
-            let share = |nm: f32| self.rulings.share(order, out.x, out.y, nm);
-            let odds = (share(420.0) + share(540.0) + share(660.0)) / 3.0;
+            // Some wavelengths have an order that others have not: one that any has is looked at.
+            let share = |i: u16| self.rulings.share(order, out.x, out.y, 300.0 + 30.0 * f32::from(i));
+            let (sum, most) = (0..17).map(share).fold((0.0, 0.0f32), |(sum, most), s| (sum + s, most.max(s)));
+            let odds = if most > 0.0 { (sum / 17.0).max(0.02) } else { 0.0 };
             lobes.push(Lobe { kernel, tint, factor: 1.0, odds, polar: None });
         };
         push(&BACK, 0);

@@ -90,8 +90,8 @@ impl Rulings {
         let cos_out = cos(x).max(0.0).sqrt();
         // Where the light of this order comes from, and where it goes besides.
         let inc = order as f32 * step - x;
-        let cos_inc = cos(inc);
-        if cos_inc <= 0.0 {
+        let cos_inc = if order == 0 { cos(inc).max(0.0) } else { cos(inc) };
+        if order != 0 && cos_inc <= 0.0 {
             return 0.0;
         }
         if order != 0 {

@@ -105,6 +105,8 @@ pub fn amplitudes(cos: f64, outside: f64, slabs: &[Slab], below: Complex64) -> A
         let admittance = |n: Complex64, normal: Complex64| if p { n * n / normal } else { normal };
         let (first, last) = (admittance(outside.into(), (outside * cos).into()).re, admittance(below, end));
         let (mut e, mut h) = (Complex64::new(1.0, 0.0), last);
+        // Fields grow from below up through what absorbs: what they are divided by is kept for what goes through.
+        let mut faded = 1.0;
         for (n, phase) in slabs.iter().rev() {
             let y = admittance(*n, normal(*n, sin));
             // Beyond 40 nothing comes back from the other side in double precision.
@@ -112,10 +114,14 @@ pub fn amplitudes(cos: f64, outside: f64, slabs: &[Slab], below: Complex64) -> A
             let (sin, cos) = (phase.sin(), phase.cos());
             let i = Complex64::I;
             (e, h) = (e * cos - h * (i * sin / y), h * cos - e * (i * sin * y));
+            let size = e.norm() + h.norm();
+            if size > 1e6 {
+                (e, h, faded) = (e / size, h / size, faded / size);
+            }
         }
         let whole = e * first + h;
         let power = if last.re > 0.0 && last.is_finite() { last.re / first } else { 0.0 };
-        ((e * first - h) / whole, Complex64::from(2.0 * first) / whole, power)
+        ((e * first - h) / whole, Complex64::from(2.0 * first * faded) / whole, power)
     };
     let ((rs, ts, power_s), (rp, tp, power_p)) = (one(false), one(true));
     // Fields at right angles to the way: p changes its sign where light turns back.
@@ -177,8 +183,8 @@ impl Stack {
             let slab = |l: usize| {
                 let mut phase = self.phase(l, cos, nm);
                 if each[l] > MOST_FRINGES {
-                    // Points of a lattice, one thick layer a dimension.
-                    let step = [1, 19, 27, 5, 43, 11][l % 6];
+                    // Points of a lattice, the wavelength one dimension of it and each thick layer another.
+                    let step = [19, 27, 43, 11, 5, 35][l % 6];
                     phase.re = std::f64::consts::PI * (step * i % samples) as f64 / samples as f64;
                 }
                 (self.layers[l].0.at(nm), phase)
@@ -233,6 +239,34 @@ mod tests {
             let back = shares((1.0 - sin_below * sin_below).sqrt(), 1.52, &other, 1.0.into());
             assert!((back.through.s - got.through.s).abs() < 1e-12 && (back.through.p - got.through.p).abs() < 1e-12);
         }
+    }
+
+    /// Layers in which all light ends are the half space of their medium, however many there are.
+    #[test]
+    fn thick_metals_do_not_overflow() {
+        let metal = Medium { n: Spectrum::Constant(1.5), k: Spectrum::Constant(3.0) };
+        for count in [1, 9, 30, 64] {
+            let layers = vec![(metal.clone(), 1e5); count];
+            let stack = Stack { outside: Medium::clear(1.0), layers, below: Medium::clear(1.5) };
+            for deg in [0.0, 45.0, 89.0] {
+                let cos = f64::to_radians(deg).cos();
+                let (got, want) = (stack.at(cos, 550.0), shares(cos, 1.0, &[], Complex64::new(1.5, 3.0)));
+                assert!((got.back.mean() - want.back.mean()).abs() < 1e-9, "{count} {deg}: {:?}", got.back);
+                assert!(got.through.mean().abs() < 1e-30);
+            }
+        }
+    }
+
+    /// A thin layer under a thick one interferes with itself alone: as a sum over many wavelengths says.
+    #[test]
+    fn thick_and_thin_layers_do_not_mix() {
+        let layers = vec![(Medium::clear(1.5), 1e6), (Medium::clear(2.3), 10_000.0)];
+        let stack = Stack { outside: Medium::clear(1.0), layers, below: Medium::clear(3.5) };
+        let n = 200_000;
+        let nm = |i: i32| 532.5 + 5.0 * (f64::from(i) + 0.5) / f64::from(n);
+        let want = (0..n).map(|i| stack.at(1.0, nm(i)).back.mean()).sum::<f64>() / f64::from(n);
+        let got = stack.mean(1.0, 532.5, 537.5).back.mean();
+        assert!((got / want - 1.0).abs() < 0.02, "{got} for {want}");
     }
 
     /// A film of a millimetre is two surfaces without interference, whatever the band; one of no thickness is none.

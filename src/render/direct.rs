@@ -2,7 +2,7 @@
 
 use glam::Vec3A;
 
-use crate::material::Lobe;
+use crate::material::{Lobe, Tint};
 use crate::render::meeting::Meeting;
 use crate::render::plane;
 use crate::render::trail::Trail;
@@ -33,7 +33,8 @@ pub struct Look {
 
 impl Direct<'_> {
     /// Next event estimation: one place on one lamp, weighed against the chance of running into it.
-    /// `frame` is that of the Stokes vectors of light that leaves, where polarization counts.
+    /// `frame` is that of the Stokes vectors of light that leaves, where polarization counts; `medium` the number of the optical depth
+    /// of the body on the side that light comes from.
     #[inline(always)]
     pub fn look(
         &self,
@@ -41,24 +42,32 @@ impl Direct<'_> {
         lobe: &Lobe,
         share: f32,
         mut u: [f32; 2],
-        frame: Option<Vec3A>,
+        (frame, medium): (Option<Vec3A>, Option<u32>),
         trail: &mut Trail,
     ) {
         let (from, normal) = at.start(lobe.kernel.transmits());
         let Some((lamp, chance)) = self.scene.tree.choose(from, Some(normal), &mut u[0]) else { return };
         let look = Look { lamp, chance, u, may_run_into: true, shadows: true };
-        self.look_in(at, lobe, share, &look, frame, trail);
+        self.look_in(at, lobe, share, &look, (frame, medium), trail);
     }
 
     /// The light of one lamp that leaves through a lobe, times `share`, its polarization left out.
     #[inline(always)]
     pub fn look_at(&self, at: &Meeting, lobe: &Lobe, share: f32, look: &Look, trail: &mut Trail) {
-        self.look_in(at, lobe, share, look, None, trail);
+        self.look_in(at, lobe, share, look, (None, None), trail);
     }
 
     /// The light of one lamp that leaves through a lobe, times `share`.
     #[inline(always)]
-    fn look_in(&self, at: &Meeting, lobe: &Lobe, share: f32, look: &Look, mut frame: Option<Vec3A>, trail: &mut Trail) {
+    fn look_in(
+        &self,
+        at: &Meeting,
+        lobe: &Lobe,
+        share: f32,
+        look: &Look,
+        (mut frame, medium): (Option<Vec3A>, Option<u32>),
+        trail: &mut Trail,
+    ) {
         let scene = self.scene;
         let transmits = lobe.kernel.transmits();
         let (from, normal) = at.start(transmits);
@@ -86,6 +95,10 @@ impl Direct<'_> {
         let before = trail.len();
         if lobe.tint.turns() {
             trail.tint(&lobe.tint.turned(at.out, inc));
+        }
+        if let (Some(depth), Some(point)) = (medium, aim.point) {
+            let metres = (f64::from(point.distance(from)) / scene.frame.scale) as f32;
+            trail.tint(&Tint::Inside { depth, metres });
         }
         if let Some(frame) = &mut frame {
             plane::follow(at, lobe, inc, frame, trail);

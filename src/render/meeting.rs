@@ -38,8 +38,11 @@ impl Meeting {
     /// Turns the first tangent along a direction of the scene; one along the normal says nothing.
     pub fn align(&mut self, axis: Vec3A) {
         let [.., z] = self.axes;
-        let x = (axis - z * axis.dot(z)).normalize_or_zero();
-        if x != Vec3A::ZERO {
+        let axis = axis.normalize_or_zero();
+        let x = axis - z * axis.dot(z);
+        // What rounding leaves of one along the normal is no direction.
+        if x.length_squared() > 1e-8 {
+            let x = x.normalize();
             let back = self.world(self.out);
             self.axes = [x, z.cross(x), z];
             self.out = self.local(back);

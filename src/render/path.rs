@@ -229,7 +229,7 @@ impl<'a, E: Beside> Tracer<'a, E> {
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         let meeting = Meeting::facing(point, normal);
         let frame = self.polarised.then_some(Vec3A::X);
-        self.direct().look(&meeting, &Lobe::WHITE, 1.0, sampler.pair(0), frame, trail);
+        self.direct().look(&meeting, &Lobe::WHITE, 1.0, sampler.pair(0), (frame, None), trail);
         if let Some(turn) = Lobe::WHITE.kernel.sample(Vec3A::Z, sampler.pair(1)) {
             let (origin, normal) = meeting.start(false);
             let way = Way::Lobe { pdf: turn.pdf, from: origin, normal };
@@ -385,8 +385,11 @@ impl<'a, E: Beside> Tracer<'a, E> {
     ) -> bool {
         let [lots, for_lamp, for_turn] = sampler.three(FIRST_PAIR + PAIRS * state.bounce);
         if !lobe.kernel.is_specular() {
-            let frame = state.beside.known().filter(|_| self.polarised).map(|known| known.frame);
-            self.direct().look(meeting, lobe, state.weight, for_lamp, frame, trail);
+            let bent = lobe.kernel.transmits() && !lobe.kernel.is_straight();
+            let beside = state.beside.known().map_or((None, None), |known| {
+                (self.polarised.then_some(known.frame), if bent { known.beyond } else { known.inside })
+            });
+            self.direct().look(meeting, lobe, state.weight, for_lamp, beside, trail);
         }
         let Some(turn) = lobe.kernel.sample(meeting.out, for_turn) else { return false };
         if lobe.tint.turns() {

@@ -160,6 +160,34 @@ fn bodies_absorb_by_their_depth() {
     }
 }
 
+/// A floor and a lamp in an absorbing body, and the eye as well: light has its depth on both ways, found by looks at the lamp and by
+/// running into it.
+#[test]
+fn lamps_within_bodies_are_absorbed() {
+    let seen = |absorption: f64, radius: f64| {
+        let text = format!(
+            "{BLACK}[materials.m]\ntype = \"dielectric\"\nindex = 1\nabsorption = {absorption}\n[materials.floor]\nreflectance = 0.5\n[lights.l]\nspectrum = 1\nradiance = 1\n[[shape]]\ntype = \"box\"\nmin = [-3, -3, -0.5]\nmax = [3, 3, 3]\nmaterial = \"m\"\n[[shape]]\ntype = \"disk\"\ncenter = [0, 0, 0]\nnormal = [0, 0, 1]\nradius = 0.5\nmaterial = \"floor\"\n[[shape]]\ntype = \"disk\"\ncenter = [0, 0, 2]\nnormal = [0, 0, -1]\nradius = {radius}\nmaterial = \"black\"\nlight = \"l\"\n"
+        );
+        // From above the front of the body in, so that it is known where the eye's way lies: 2 m inside, aslant past the lamp.
+        spectrum(&text, &bins(1), DVec3::new(2.9, 0.0, 3.5), DVec3::new(-2.9, 0.0, -3.5), 4096)[0]
+    };
+    let inside = 3.0 * (2.9f64.powi(2) + 3.5f64.powi(2)).sqrt() / 3.5;
+    for (radius, tolerance) in [(0.01, 1e-3), (1.0, 0.02)] {
+        let ratio = seen(0.5, radius) / seen(0.0, radius);
+        // A wide lamp's edge is farther off: E by rings of it, cos^2 over the square of the way.
+        let (n, mut with, mut without) = (1000, 0.0, 0.0);
+        for i in 0..n {
+            let r = radius * (f64::from(i) + 0.5) / f64::from(n);
+            let way2 = 4.0 + r * r;
+            let ring = r * 4.0 / (way2 * way2);
+            with += ring * (-0.5 * way2.sqrt()).exp();
+            without += ring;
+        }
+        let want = (-0.5 * inside).exp() * with / without;
+        assert!((ratio / want - 1.0).abs() < tolerance, "radius {radius}: {ratio} for {want}");
+    }
+}
+
 /// A rough lossless body in the same light from all sides cannot be seen, from outside and from within.
 #[test]
 fn rough_glass_vanishes_in_a_furnace() {
