@@ -74,6 +74,23 @@ impl<const G: usize> Beam<G> for Lanes<G> {
 #[derive(Clone, Debug)]
 pub struct Stokes<const G: usize>(pub [Lanes<G>; 4]);
 
+impl<const G: usize> Stokes<G> {
+    /// Each wavelength through a matrix of its own, and then seen in a turned frame.
+    #[inline(always)]
+    fn pass(&mut self, turn: &Rotation, of: impl Fn(usize, usize) -> Diattenuation) {
+        for g in 0..G {
+            for j in 0..GROUP {
+                let vector = [self.0[0].0[g][j], self.0[1].0[g][j], self.0[2].0[g][j], self.0[3].0[g][j]];
+                let [i, q, u, v] = turn.apply(of(g, j).apply(vector));
+                self.0[0].0[g][j] = i;
+                self.0[1].0[g][j] = q;
+                self.0[2].0[g][j] = u;
+                self.0[3].0[g][j] = v;
+            }
+        }
+    }
+}
+
 impl<const G: usize> Beam<G> for Stokes<G> {
     #[inline(always)]
     fn dark() -> Self {
@@ -118,32 +135,11 @@ impl<const G: usize> Beam<G> for Stokes<G> {
 
     #[inline(always)]
     fn polarise(&mut self, inks: &Inks<G>, polar: &Polar, cos: f32, turn: &Rotation) {
-        let Rotation { cos2, sin2 } = *turn;
-        if let Some(Diattenuation { a, b, c }) = inks.constant(polar, cos) {
-            for g in 0..G {
-                for j in 0..GROUP {
-                    let [i, q, u, v] = [self.0[0].0[g][j], self.0[1].0[g][j], self.0[2].0[g][j], self.0[3].0[g][j]];
-                    let (i, q, u, v) = (i + a * q, a * i + q, b * u - c * v, c * u + b * v);
-                    self.0[0].0[g][j] = i;
-                    self.0[1].0[g][j] = cos2 * q + sin2 * u;
-                    self.0[2].0[g][j] = cos2 * u - sin2 * q;
-                    self.0[3].0[g][j] = v;
-                }
-            }
-            return;
+        if let Some(constant) = inks.constant(polar, cos) {
+            return self.pass(turn, |_, _| constant);
         }
         let [a, b, c] = inks.polar(polar, cos);
-        for g in 0..G {
-            for j in 0..GROUP {
-                let [i, q, u, v] = [self.0[0].0[g][j], self.0[1].0[g][j], self.0[2].0[g][j], self.0[3].0[g][j]];
-                let (a, b, c) = (a.0[g][j], b.0[g][j], c.0[g][j]);
-                let (i, q, u, v) = (i + a * q, a * i + q, b * u - c * v, c * u + b * v);
-                self.0[0].0[g][j] = i;
-                self.0[1].0[g][j] = cos2 * q + sin2 * u;
-                self.0[2].0[g][j] = cos2 * u - sin2 * q;
-                self.0[3].0[g][j] = v;
-            }
-        }
+        self.pass(turn, |g, j| Diattenuation { a: a.0[g][j], b: b.0[g][j], c: c.0[g][j] });
     }
 
     fn depolarise(&mut self) {

@@ -97,7 +97,7 @@ impl Direct<'_> {
             trail.tint(&lobe.tint.turned(at.out, inc));
         }
         if let (Some(depth), Some(point)) = (medium, aim.point) {
-            let metres = (f64::from(point.distance(from)) / scene.frame.scale) as f32;
+            let metres = scene.frame.length_m(point.distance(from));
             trail.tint(&Tint::Inside { depth, metres });
         }
         if let Some(frame) = &mut frame {

@@ -166,7 +166,6 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
     // Light that has changed its wavelength is one of its own, whose factors are its radiance.
     let own = Spectrum::Constant(1.0);
     let mut lights: Vec<&Spectrum> = scene.lights.iter().map(|l| &l.radiance).collect();
-    let lamps = lights.clone();
     if scene.fluoresces() {
         lights.push(&own);
     }
@@ -193,7 +192,7 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
     let polarised = matches!(method, Choice::Path(_)) && (scene.polarised || quantity.what == What::Stokes);
     let method = method.on(scene.clone(), outline, range_nm, (Comb::new(&sampling), polarised), &carried)?;
     let all: Vec<Ink> = scene.inks.iter().chain(method.inks()).cloned().collect();
-    let inks = Inks::<G>::new(&all, &scene.srgb, &sampling).with_lights(&lamps, &sampling);
+    let inks = Inks::<G>::new(&all, &scene.srgb, &sampling).with_lights(&lights[..scene.lights.len()], &sampling);
     let cmf = observer.cmf.each_ref().map(|c| c.scaled(K_M));
     let paths = Paths { scene: scene.clone(), method, polarised, comb: Comb::new(&sampling), seed };
     Ok(match quantity.what {

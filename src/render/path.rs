@@ -351,7 +351,7 @@ impl<'a, E: Beside> Tracer<'a, E> {
         let inside = if front { known.inside } else { own };
         (known.inside, known.beyond) = (inside, if front { own } else { None });
         if let Some(depth) = inside {
-            let metres = (f64::from(hit.t) / self.scene.frame.scale) as f32;
+            let metres = self.scene.frame.length_m(hit.t);
             self.tint(state, &Tint::Inside { depth, metres }, trail);
         }
     }

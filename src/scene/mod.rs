@@ -81,6 +81,11 @@ impl Frame {
         DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.centre)
     }
 
+    /// A length of the geometry in metres.
+    pub fn length_m(&self, units: f32) -> f32 {
+        (f64::from(units) / self.scale) as f32
+    }
+
     /// And back.
     pub fn metres(&self, place: DVec3) -> DVec3 {
         place / self.scale + self.centre

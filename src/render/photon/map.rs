@@ -191,7 +191,7 @@ impl Plan<'_> {
     fn absorb(&self, hit: &Hit, direction: Vec3A, outline: &mut Lanes<1>, way: &mut Way) {
         let interior = self.scene.materials[hit.surface.material as usize].interior();
         let Some(depth) = interior.filter(|_| hit.normal.dot(direction) > 0.0) else { return };
-        let tint = Tint::Inside { depth, metres: (f64::from(hit.t) / self.scene.frame.scale) as f32 };
+        let tint = Tint::Inside { depth, metres: self.scene.frame.length_m(hit.t) };
         self.outline.tint(outline, &tint);
         way.tints.push(tint);
     }
