@@ -144,7 +144,7 @@ impl Filter for Specprobe {
         if !self.angles.0.iter().all(right) {
             return usage!("--angles: from 0 to below 90 degrees");
         }
-        let Materials { materials, inks, srgb } = load::materials(&path)?;
+        let Materials { materials, inks, srgb, .. } = load::materials(&path)?;
         let Some((_, material)) = materials.iter().find(|m| m.0 == self.material).cloned() else {
             let names: Vec<&str> = materials.iter().map(|m| m.0.as_str()).collect();
             let name = printable(self.material.as_bytes());

@@ -263,9 +263,9 @@ impl Spectrace {
         let out = [
             (scene.polarised, "polarization"),
             (scene.effects.disperses && !photon, "dispersion"),
-            (scene.effects.absorbs && !photon, "absorption within bodies"),
+            (scene.effects.fills && !photon, "absorption within bodies"),
             (scene.effects.disperses && photon, "dispersion of what the eye sees through a body"),
-            (scene.effects.absorbs && photon, "absorption of what the eye sees through a body"),
+            (scene.effects.fills && photon, "absorption of what the eye sees through a body"),
             (scene.fluoresces() && photon, "light that photons would have at other wavelengths"),
         ];
         for (_, what) in out.iter().filter(|o| o.0) {

@@ -1,7 +1,7 @@
 //! `type = "dielectric"`: the boundary of a clear body, light is thrown back and bent. `index` inside over outside (1.5), a number,
 //! or a spectrum such as `"glass_BK7_n"` or `{ sellmeier = [...] }`: then wavelengths go their own ways where an eye would see it.
 //! `roughness` 0..1, the alpha of GGX (0). `absorption` of the inside, 1/m, a spectrum; or `transmittance` of a `thickness`, as
-//! glass makers have it. The front is the outside.
+//! glass makers have it; or `interior`, the name of a medium. The front is the outside.
 //!
 //! Radiance follows n^2: seen from inside glass of index 1.5 the sky is 2.25 times as bright, and is itself again outside. What
 //! more than one reflection in a rough boundary's pits would give comes back [Kulla 2017]: nothing is lost. Light is inside where
@@ -51,12 +51,13 @@ pub struct Dielectric {
     sides: [Side; 2],
     /// Number of the index where it depends on the wavelength, and that at the spectrum's ends.
     index: Option<(u32, Index)>,
-    absorption: Option<u32>,
+    interior: Option<u32>,
 }
 
 impl Dielectric {
     /// `index` inside over outside in the middle of the spectrum; `table` where it depends on the wavelength.
-    pub fn new(index: f32, table: Option<(u32, Index)>, alpha: f32, absorption: Option<u32>) -> Dielectric {
+    /// `interior` is the number of the medium inside.
+    pub fn new(index: f32, table: Option<(u32, Index)>, alpha: f32, interior: Option<u32>) -> Dielectric {
         let etas = [index, 1.0 / index];
         let mut pits: [Option<Pits>; 2] = [None, None];
         if alpha >= SMOOTH {
@@ -83,7 +84,7 @@ impl Dielectric {
             Side { eta, on, polar, rough }
         };
         let [front, back] = pits;
-        Dielectric { sides: [side(0, front), side(1, back)], index: table, absorption }
+        Dielectric { sides: [side(0, front), side(1, back)], index: table, interior }
     }
 
     /// Share of light thrown back, of all wavelengths about.
@@ -139,11 +140,11 @@ impl Material for Dielectric {
     }
 
     fn effects(&self) -> Effects {
-        Effects { disperses: self.index.is_some(), absorbs: self.absorption.is_some(), ..Effects::default() }
+        Effects { disperses: self.index.is_some(), fills: self.interior.is_some(), ..Effects::default() }
     }
 
     fn interior(&self) -> Option<u32> {
-        self.absorption
+        self.interior
     }
 }
 
@@ -190,6 +191,10 @@ fn read_absorption(r: &mut Reader) -> Result<Option<u32>> {
 pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
     let (index, table) = read_index(r, 1.5)?;
     let roughness = r.within("roughness", (0.0, 1.0), 0.0)?;
-    let absorption = read_absorption(r)?;
-    Ok(Arc::new(Dielectric::new(index, table, roughness, absorption)))
+    let interior = match (read_absorption(r)?, r.interior()?) {
+        (Some(_), Some(_)) => return Err(r.keys.wrong("give interior, or what the body absorbs, not both")),
+        (Some(absorption), None) => Some(r.absorbing(absorption)),
+        (None, interior) => interior,
+    };
+    Ok(Arc::new(Dielectric::new(index, table, roughness, interior)))
 }

@@ -9,6 +9,7 @@
 //! One material, one file whose head is its manual page; a new one also gets its line in [`read::KINDS`].
 
 pub mod albedo;
+pub mod boundary;
 pub mod coated;
 pub mod conductor;
 pub mod dielectric;
@@ -137,8 +138,8 @@ impl<'a> Lobes<'a> {
 pub struct Effects {
     /// Sends wavelengths into different directions ([`Kernel::at`]).
     pub disperses: bool,
-    /// Absorbs what goes through its inside ([`Material::interior`]).
-    pub absorbs: bool,
+    /// A medium fills its inside ([`Material::interior`]).
+    pub fills: bool,
     /// Means nothing without polarization: a polariser, a retarder.
     pub polarises: bool,
     /// Has an axis in its surface ([`Material::axis`]).
@@ -150,7 +151,7 @@ impl Effects {
     pub fn or(self, o: Effects) -> Effects {
         Effects {
             disperses: self.disperses || o.disperses,
-            absorbs: self.absorbs || o.absorbs,
+            fills: self.fills || o.fills,
             polarises: self.polarises || o.polarises,
             aligns: self.aligns || o.aligns,
         }
@@ -177,6 +178,11 @@ pub trait Material: Send + Sync {
         false
     }
 
+    /// Does nothing to light: only what lies behind it differs.
+    fn is_void(&self) -> bool {
+        false
+    }
+
     /// Needs the site's texture coordinates, colour or place.
     fn looks_at_site(&self) -> bool {
         false
@@ -187,7 +193,7 @@ pub trait Material: Send + Sync {
         Effects::default()
     }
 
-    /// Number of the absorption coefficient behind its front, 1/m.
+    /// Number of the medium behind its front.
     fn interior(&self) -> Option<u32> {
         None
     }

@@ -58,6 +58,8 @@ pub enum Polar {
         /// Path difference, nm.
         retardance_nm: f32,
     },
+    /// Light scattered by particles much smaller than the wave; the cosine is that of the angle by which it turns.
+    Rayleigh,
 }
 
 /// Shares of a boundary between complex indices.
@@ -87,6 +89,7 @@ impl Polar {
             Polar::Sheet { along, across, retardance_nm: 0.0 } => {
                 Some(sheet(along.into(), across.into(), 0.0).relative())
             }
+            Polar::Rayleigh => Some(rayleigh(cos.into()).relative()),
             Polar::Panes { depth, .. } => match &inks[depth as usize] {
                 Ink::Depth(Spectrum::Constant(_)) => Some(self.at(555.0, cos, inks).relative()),
                 _ => None,
@@ -113,6 +116,7 @@ impl Polar {
                 Ink::Depth(depth) => fresnel::panes(cos64, index.into(), depth.at(nm), panes, through),
                 _ => Response::default(),
             },
+            Polar::Rayleigh => rayleigh(cos64),
             Polar::Film { film, through } => match &inks[film as usize] {
                 Ink::Film(stack) => side(&stack.at(cos64, nm), through),
                 _ => Response::default(),
@@ -122,6 +126,11 @@ impl Polar {
             }
         }
     }
+}
+
+/// A dipole's light across the plane of scattering, and in it.
+fn rayleigh(cos: f64) -> Response {
+    Response { s: 1.0, p: cos * cos, cross: cos.into() }
 }
 
 fn side(shares: &Shares, through: bool) -> Response {

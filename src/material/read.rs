@@ -8,7 +8,9 @@ use crate::error::printable;
 use crate::keys::Keys;
 use crate::material::texture::Texture;
 use crate::material::{Base, Ink, Material, Site};
-use crate::material::{coated, conductor, dielectric, diffuse, film, fluorescent, glass, grating, mirror, mixture};
+use crate::material::{
+    boundary, coated, conductor, dielectric, diffuse, film, fluorescent, glass, grating, mirror, mixture,
+};
 use crate::material::{radiance, sheet, translucent, wavy};
 use crate::spectral::Spectrum;
 use crate::spectral::key::SpectrumKey;
@@ -28,6 +30,7 @@ pub const KINDS: &[(&str, Read)] = &[
     ("film", film::read),
     ("grating", grating::read),
     ("wave_rough", wavy::read),
+    ("boundary", boundary::read),
     ("fluorescent", fluorescent::read),
     ("translucent", translucent::read),
     ("polarizer", sheet::read_polarizer),
@@ -37,6 +40,22 @@ pub const KINDS: &[(&str, Read)] = &[
     ("trans", radiance::read_trans),
     ("mixture", mixture::read),
 ];
+
+/// What a body absorbs by a key of its own: a medium without a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Interior {
+    /// Number of the absorption coefficient, 1/m.
+    pub absorption: u32,
+}
+
+/// The media that bodies may be filled with.
+#[derive(Clone, Debug, Default)]
+pub struct Interiors {
+    /// Names of those of the scene file: numbers 0, 1, ...
+    pub names: Vec<String>,
+    /// What bodies absorb by keys of their own: the numbers after those.
+    pub bodies: Vec<Interior>,
+}
 
 /// A material with its name.
 pub type Named = (String, Arc<dyn Material>);
@@ -51,6 +70,8 @@ pub struct Reader<'k, 'a> {
     pub metres: f64,
     /// Spectra of all materials so far.
     pub inks: &'k mut Vec<Ink>,
+    /// What bodies may be filled with.
+    pub interiors: &'k mut Interiors,
     /// Materials read before this one.
     pub before: &'k [Named],
 }
@@ -91,11 +112,31 @@ impl Reader<'_, '_> {
 
     /// Registers a spectrum.
     pub fn ink(&mut self, ink: Ink) -> u32 {
-        let known = self.inks.iter().position(|i| *i == ink);
-        known.unwrap_or_else(|| {
-            self.inks.push(ink);
-            self.inks.len() - 1
-        }) as u32
+        register(self.inks, ink)
+    }
+
+    /// `interior`: number of the medium that fills the body behind the front.
+    pub fn interior(&mut self) -> Result<Option<u32>> {
+        let Some((name, span)) = self.keys.get_spanned::<String>("interior")? else { return Ok(None) };
+        let names = &self.interiors.names;
+        let known = names.iter().position(|n| *n == name).map(|i| i as u32);
+        let unknown = || {
+            let shown = printable(name.as_bytes());
+            self.keys.wrong_key("interior", span, &format!("no medium '{shown}'; there are {}", names.join(", ")))
+        };
+        known.ok_or_else(unknown).map(Some)
+    }
+
+    /// Number of the medium that only absorbs, by a coefficient's number.
+    pub fn absorbing(&mut self, absorption: u32) -> u32 {
+        let Interiors { names, bodies } = &mut *self.interiors;
+        let body = Interior { absorption };
+        let known = bodies.iter().position(|b| *b == body);
+        (names.len()
+            + known.unwrap_or_else(|| {
+                bodies.push(body);
+                bodies.len() - 1
+            })) as u32
     }
 
     /// A reflectance in 0..1 that must be there: `reflectance`, or `texture` in its place.
@@ -151,6 +192,15 @@ impl Reader<'_, '_> {
     }
 }
 
+/// Number of a spectrum among others, to which it is added where it is new.
+pub fn register(inks: &mut Vec<Ink>, ink: Ink) -> u32 {
+    let known = inks.iter().position(|i| *i == ink);
+    known.unwrap_or_else(|| {
+        inks.push(ink);
+        inks.len() - 1
+    }) as u32
+}
+
 /// The spectrum of a key, with its place.
 pub fn spectrum(k: &mut Keys, key: &'static str, folder: &Path) -> Result<Option<(Spectrum, Range<usize>)>> {
     match k.get_spanned::<SpectrumKey>(key)? {
@@ -163,7 +213,13 @@ pub fn spectrum(k: &mut Keys, key: &'static str, folder: &Path) -> Result<Option
 }
 
 /// Reads the tables `[materials.NAME]`; mixtures after what they are made of.
-pub fn read_all(tables: Vec<(String, Keys)>, folder: &Path, metres: f64, inks: &mut Vec<Ink>) -> Result<Vec<Named>> {
+pub fn read_all(
+    tables: Vec<(String, Keys)>,
+    folder: &Path,
+    metres: f64,
+    inks: &mut Vec<Ink>,
+    interiors: &mut Interiors,
+) -> Result<Vec<Named>> {
     let is_mixture = |k: &Keys| k.peek::<String>("type").is_some_and(|t| t == "mixture");
     let (mixtures, plain): (Vec<_>, Vec<_>) = tables.into_iter().partition(|(_, k)| is_mixture(k));
     let plain_count = plain.len();
@@ -175,6 +231,7 @@ pub fn read_all(tables: Vec<(String, Keys)>, folder: &Path, metres: f64, inks: &
             folder,
             metres,
             inks,
+            interiors,
             before: &materials[..plain_count.min(materials.len())],
         })?;
         keys.finish()?;

@@ -2,7 +2,8 @@
 
 use glam::Vec3A;
 
-use crate::material::{Lobe, Tint};
+use crate::material::Lobe;
+use crate::render::media::{self, Bodies};
 use crate::render::meeting::Meeting;
 use crate::render::plane;
 use crate::render::trail::Trail;
@@ -33,8 +34,8 @@ pub struct Look {
 
 impl Direct<'_> {
     /// Next event estimation: one place on one lamp, weighed against the chance of running into it.
-    /// `frame` is that of the Stokes vectors of light that leaves, where polarization counts; `medium` the number of the optical depth
-    /// of the body on the side that light comes from.
+    /// `frame` is that of the Stokes vectors of light that leaves, where polarization counts; `bodies` those on the side that light comes
+    /// from, where there are any.
     #[inline(always)]
     pub fn look(
         &self,
@@ -42,13 +43,13 @@ impl Direct<'_> {
         lobe: &Lobe,
         share: f32,
         mut u: [f32; 2],
-        (frame, medium): (Option<Vec3A>, Option<u32>),
+        beside: (Option<Vec3A>, Option<Bodies>),
         trail: &mut Trail,
     ) {
         let (from, normal) = at.start(lobe.kernel.transmits());
         let Some((lamp, chance)) = self.scene.tree.choose(from, Some(normal), &mut u[0]) else { return };
         let look = Look { lamp, chance, u, may_run_into: true, shadows: true };
-        self.look_in(at, lobe, share, &look, (frame, medium), trail);
+        self.look_in(at, lobe, share, &look, beside, trail);
     }
 
     /// The light of one lamp that leaves through a lobe, times `share`, its polarization left out.
@@ -65,7 +66,7 @@ impl Direct<'_> {
         lobe: &Lobe,
         share: f32,
         look: &Look,
-        (mut frame, medium): (Option<Vec3A>, Option<u32>),
+        (mut frame, mut bodies): (Option<Vec3A>, Option<Bodies>),
         trail: &mut Trail,
     ) {
         let scene = self.scene;
@@ -96,17 +97,13 @@ impl Direct<'_> {
         if lobe.tint.turns() {
             trail.tint(&lobe.tint.turned(at.out, inc));
         }
-        if let (Some(depth), Some(point)) = (medium, aim.point) {
-            let metres = scene.frame.length_m(point.distance(from));
-            trail.tint(&Tint::Inside { depth, metres });
-        }
         if let Some(frame) = &mut frame {
             plane::follow(at, lobe, inc, frame, trail);
         }
-        let seen = if open { Some(1.0) } else { self.see_through(from, chosen, &aim, frame.as_mut(), trail) };
-        if let (Some(frame), None) = (frame, aim.point) {
-            plane::lamp(&scene.lamps[chosen], aim.direction, frame, trail);
-        }
+        let seen = match open {
+            true => Some(self.open_way(chosen, &aim, frame, bodies.as_mut(), trail)),
+            false => self.see_through(from, chosen, &aim, frame, bodies.as_mut(), trail),
+        };
         match seen {
             Some(share) => trail.light(&aim.emission, weight * share, trail.len() - before),
             None => trail.truncate(before),
@@ -125,6 +122,40 @@ impl Direct<'_> {
         }
     }
 
+    /// Light of a lamp that was aimed at from a place off all surfaces: notes what it goes through, and gives what that leaves of all
+    /// wavelengths alike; `None` where something opaque stands between.
+    pub fn light_of(
+        &self,
+        from: Vec3A,
+        lamp: usize,
+        aim: &Aim,
+        frame: Option<Vec3A>,
+        bodies: Option<&mut Bodies>,
+        trail: &mut Trail,
+    ) -> Option<f32> {
+        if self.scene.clear {
+            return self.see_through(from, lamp, aim, frame, bodies, trail);
+        }
+        self.is_open(from, lamp, aim).then(|| self.open_way(lamp, aim, frame, bodies, trail))
+    }
+
+    /// Notes what becomes of light on its way from a lamp where no surface stands in it.
+    #[inline(always)]
+    fn open_way(
+        &self,
+        lamp: usize,
+        aim: &Aim,
+        frame: Option<Vec3A>,
+        bodies: Option<&mut Bodies>,
+        trail: &mut Trail,
+    ) -> f32 {
+        let share = bodies.map_or(1.0, |b| media::dim(self.scene, b, aim.direction, aim.point, trail));
+        if let (Some(frame), None) = (frame, aim.point) {
+            plane::lamp(&self.scene.lamps[lamp], aim.direction, frame, trail);
+        }
+        share
+    }
+
     /// Looks at a lamp through panes and notes their tints; what they leave of all wavelengths alike, or `None` where something
     /// opaque stands between.
     fn see_through(
@@ -132,18 +163,26 @@ impl Direct<'_> {
         mut from: Vec3A,
         lamp: usize,
         aim: &Aim,
-        mut frame: Option<&mut Vec3A>,
+        mut frame: Option<Vec3A>,
+        mut bodies: Option<&mut Bodies>,
         trail: &mut Trail,
     ) -> Option<f32> {
         const MOST_PANES: usize = 64;
         let mut share = 1.0;
         for _ in 0..MOST_PANES {
             if self.is_open(from, lamp, aim) {
-                return Some(share);
+                return Some(share * self.open_way(lamp, aim, frame, bodies, trail));
             }
-            let Some(hit) = self.scene.geometry.closest(from, aim.direction) else { return Some(share) };
-            if !self.scene.materials[hit.surface.material as usize].is_clear() {
+            let Some(hit) = self.scene.geometry.closest(from, aim.direction) else {
+                return Some(share * self.open_way(lamp, aim, frame, bodies, trail));
+            };
+            let material = &self.scene.materials[hit.surface.material as usize];
+            if !material.is_clear() {
                 return None;
+            }
+            if let Some(bodies) = &mut bodies {
+                share *= media::dim(self.scene, bodies, aim.direction, Some(hit.point), trail);
+                bodies.from = hit.point;
             }
             let (meeting, lobes) = Meeting::with_lobes(self.scene, &hit, aim.direction);
             let lobe = lobes.iter().find(|l| l.kernel.is_straight())?;
@@ -153,6 +192,9 @@ impl Direct<'_> {
                     trail.depolarise();
                 }
                 plane::follow(&meeting, lobe, -meeting.out, frame, trail);
+            }
+            if let Some(bodies) = &mut bodies {
+                bodies.inside = meeting.beyond(bodies.inside);
             }
             share *= lobe.factor;
             from = meeting.start(true).0;

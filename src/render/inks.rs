@@ -11,6 +11,7 @@ use crate::render::beam::Beam;
 use crate::render::films::Films;
 use crate::render::lanes::{GROUP, Lanes};
 use crate::render::reradiate::Dye;
+use crate::simd;
 use crate::spectral::{Sampling, Spectrum};
 
 /// A scene's inks sampled to 8 G lanes.
@@ -160,7 +161,15 @@ impl<const G: usize> Inks<G> {
                 Sampled::Films(films) => light.multiply(&films.share(cos, through)),
                 _ => *light = Lanes::splat(0.0),
             },
-            Tint::Inside { depth, metres } => light.multiply(&self.one(depth).map(|d| (-d * metres).exp())),
+            Tint::Inside { depth, metres } => light.multiply(&self.one(depth).map(|d| simd::exp(-d * metres))),
+            Tint::Collision { depth, scattering, metres } => {
+                let (depth, scattering) = (self.one(depth), self.one(scattering));
+                light.multiply(&depth.map2(scattering, |d, s| s * simd::exp(-d * metres)));
+            }
+            Tint::Glow { depth, absorption, metres } => {
+                light.multiply(&self.one(depth).map2(self.one(absorption), |d, a| tint::glow(d, a, metres)));
+            }
+            Tint::Null { depth, share } => light.multiply(&self.one(depth).map(|d| 1.0 - d * share)),
             Tint::Fluorescent(i) => light.multiply(self.one(i)),
             Tint::Coherent { index, rough, cos } => {
                 light.multiply(&self.metal(index, cos).map2(&self.nm, |r, nm| r * rough.coherent(cos, nm)));
@@ -362,6 +371,39 @@ impl Outline {
             }
             tint => self.inks.tint(carried, tint),
         }
+    }
+
+    /// A coefficient's means.
+    pub fn one(&self, ink: u32) -> &Lanes<1> {
+        self.inks.one(ink)
+    }
+
+    /// How many of the eighths there are: fewer where there are fewer wavelengths.
+    pub fn lanes(&self) -> usize {
+        self.inks.count
+    }
+
+    /// The eighths' shares of what is carried, by how much they count; a sum of 1.
+    #[inline]
+    pub fn shared(&self, carried: &Lanes<1>) -> Lanes<1> {
+        let mut parts = *carried;
+        match &self.shares {
+            Some([x, y, z]) => {
+                for i in 0..GROUP {
+                    parts.0[0][i] *= x.0[0][i] + y.0[0][i] + z.0[0][i];
+                }
+            }
+            // Those beyond the last count nothing.
+            None => parts.0[0][self.inks.count..].fill(0.0),
+        }
+        let sum: f32 = parts.0[0].iter().sum();
+        if sum > 0.0 && sum.is_finite() {
+            parts.scale(1.0 / sum);
+            return parts;
+        }
+        let mut even = Lanes::splat(0.0);
+        even.0[0][..self.inks.count].fill(1.0 / self.inks.count as f32);
+        even
     }
 
     /// How much that is in all.

@@ -3,6 +3,7 @@
 use glam::Vec3A;
 
 use crate::material::Lobes;
+use crate::medium::Inside;
 use crate::scene::{Hit, Scene, ray};
 
 /// A surface that a path has met, in the frame of its shading normal.
@@ -17,6 +18,8 @@ pub struct Meeting {
     pub axes: [Vec3A; 3],
     /// To where the path came from, in this frame.
     pub out: Vec3A,
+    /// The medium behind the front, and whether the path came from before it.
+    pub interior: Option<(u32, bool)>,
 }
 
 impl Meeting {
@@ -29,7 +32,8 @@ impl Meeting {
             z = side;
         }
         let (x, y) = ray::frame(z);
-        let mut meeting = Meeting { side, point: hit.point, reach: hit.reach, axes: [x, y, z], out: Vec3A::Z };
+        let mut meeting =
+            Meeting { side, point: hit.point, reach: hit.reach, axes: [x, y, z], out: Vec3A::Z, interior: None };
         meeting.out = meeting.local(-direction);
         meeting.out.z = meeting.out.z.max(1e-6);
         meeting
@@ -60,6 +64,9 @@ impl Meeting {
         {
             meeting.align(axis.as_vec3a());
         }
+        if scene.effects.fills {
+            meeting.interior = material.interior().map(|medium| (medium, front));
+        }
         let mut lobes = Lobes::default();
         material.lobes(&site, meeting.out, &mut lobes);
         (meeting, lobes)
@@ -68,7 +75,17 @@ impl Meeting {
     /// A point that is off its surface, seen along the normal: where irradiance is asked for.
     pub fn facing(point: Vec3A, normal: Vec3A) -> Meeting {
         let (x, y) = ray::frame(normal);
-        Meeting { side: normal, point, reach: 0.0, axes: [x, y, normal], out: Vec3A::Z }
+        Meeting { side: normal, point, reach: 0.0, axes: [x, y, normal], out: Vec3A::Z, interior: None }
+    }
+
+    /// The bodies that a place beyond the surface is in, by those of a place on this side.
+    #[inline]
+    pub fn beyond(&self, inside: Inside) -> Inside {
+        match self.interior {
+            None => inside,
+            Some((medium, true)) => inside.entered(medium),
+            Some((medium, false)) => inside.left(medium),
+        }
     }
 
     /// A direction in this frame.

@@ -101,6 +101,14 @@ impl Trail {
             // The tints stand before the last part; each of the others has a copy of them.
             let tints = self.steps.len() - aside..self.steps.len();
             let (light, weight) = (emission.light + k as u32, weight * emission.parts[k]);
+            // More of the same light, and nothing between: one note for both.
+            if aside == 0
+                && let Some(Step::Light { light: last, weight: sum, aside: 0 }) = self.steps.last_mut()
+                && *last == light
+            {
+                *sum += weight;
+                continue;
+            }
             self.steps.push(Step::Light { light, weight, aside: aside as u32 });
             if aside > 0 && k + 1 < emission.count as usize {
                 self.steps.extend_from_within(tints);

@@ -16,6 +16,7 @@ use glam::{DAffine3, DVec3, Vec3A};
 use crate::Result;
 use crate::color::Xy;
 use crate::material::{Effects, Ink, Material, Site};
+use crate::medium::{Inside, Media, Medium};
 use crate::spectral::{Observer, Spectrum};
 use crate::units::K_M;
 
@@ -36,6 +37,8 @@ pub struct Scene {
     pub clear: bool,
     /// What any of them needs beside lobes.
     pub effects: Effects,
+    /// What fills bodies and space.
+    pub media: Media,
     /// Lamps or surfaces that mean nothing without polarization, or the file asks for it.
     pub polarised: bool,
     /// Spectra that materials refer to by number.
@@ -81,6 +84,11 @@ impl Frame {
         DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.centre)
     }
 
+    /// A length in metres as the geometry has it.
+    pub fn units(&self, metres: f32) -> f32 {
+        (f64::from(metres) * self.scale) as f32
+    }
+
     /// A length of the geometry in metres.
     pub fn length_m(&self, units: f32) -> f32 {
         (f64::from(units) / self.scale) as f32
@@ -111,6 +119,46 @@ impl Scene {
         let shading = self.geometry.shading(hit);
         let place = self.frame.metres(hit.point.as_dvec3());
         (Site { place, uv: shading.uv, colour: shading.colour, front }, shading.normal)
+    }
+
+    /// The bodies that a place is in: those that a ray from there leaves before it enters them.
+    pub fn inside(&self, point: Vec3A) -> Inside {
+        // So many surfaces at most; rays that begin on a surface may meet it again and again.
+        const MOST: usize = 256;
+        let mut bodies = Vec::new();
+        if !self.effects.fills {
+            return Inside::default();
+        }
+        // No direction that surfaces are built along.
+        let direction = Vec3A::new(0.336, 0.478, 0.8115).normalize();
+        let (mut origin, mut entered) = (point, Inside::default());
+        for _ in 0..MOST {
+            let Some(hit) = self.geometry.closest(origin, direction) else { break };
+            let leaves = hit.normal.dot(direction) > 0.0;
+            if let Some(medium) = self.materials[hit.surface.material as usize].interior() {
+                match (leaves, entered.holds(medium)) {
+                    (false, _) => entered = entered.entered(medium),
+                    (true, true) => entered = entered.left(medium),
+                    (true, false) => bodies.push(medium),
+                }
+            }
+            origin = ray::offset(hit.point, if leaves { hit.normal } else { -hit.normal }, hit.reach);
+        }
+        // The innermost is left first.
+        bodies.into_iter().rev().fold(Inside::default(), Inside::entered)
+    }
+
+    /// A way's light changes between surfaces: bodies or space are filled.
+    pub fn is_filled(&self) -> bool {
+        self.effects.fills || self.media.everywhere.is_some()
+    }
+
+    /// The largest extinction coefficient of a medium, 1/m; `None` where it is 0.
+    pub fn most_extinction(&self, medium: &Medium) -> Option<f32> {
+        match &self.inks[medium.extinction as usize] {
+            Ink::Depth(s) => Some(s.range().1 as f32).filter(|s| *s > 0.0),
+            _ => None,
+        }
     }
 
     /// Light changes its wavelength on some surface.

@@ -132,6 +132,23 @@ impl Spectrum {
         }
     }
 
+    /// A function of both at every wavelength: linear between their listed wavelengths and at most 5 nm, zero where either ends.
+    pub fn combined(&self, other: &Spectrum, f: impl Fn(f64, f64) -> f64) -> Spectrum {
+        const FINE_NM: f64 = 5.0;
+        if let (Spectrum::Constant(a), Spectrum::Constant(b)) = (self, other) {
+            return Spectrum::Constant(f(*a, *b));
+        }
+        let breaks = breaks(&[self, other], 1.0, 1e6);
+        let mut nodes = Vec::new();
+        for w in breaks.windows(2) {
+            // Nobody asks for what lies far from light.
+            let parts = if w[0] < 200.0 || w[1] > 3000.0 { 1.0 } else { ((w[1] - w[0]) / FINE_NM).ceil() };
+            nodes.extend((0..parts as usize).map(|i| w[0] + (w[1] - w[0]) * i as f64 / parts));
+        }
+        nodes.extend(breaks.last());
+        Spectrum::Table(nodes.into_iter().map(|nm| (nm, f(self.at(nm), other.at(nm)))).collect())
+    }
+
     /// The same with its first and last value going on for ever, for quantities that do not end where their table does.
     pub fn extended(&self) -> Spectrum {
         let Spectrum::Table(points) = self else { return self.clone() };

@@ -190,7 +190,8 @@ impl Plan<'_> {
     /// A body that is met from behind has absorbed on the way.
     fn absorb(&self, hit: &Hit, direction: Vec3A, outline: &mut Lanes<1>, way: &mut Way) {
         let interior = self.scene.materials[hit.surface.material as usize].interior();
-        let Some(depth) = interior.filter(|_| hit.normal.dot(direction) > 0.0) else { return };
+        let Some(medium) = interior.filter(|_| hit.normal.dot(direction) > 0.0) else { return };
+        let depth = self.scene.media.list[medium as usize].extinction;
         let tint = Tint::Inside { depth, metres: self.scene.frame.length_m(hit.t) };
         self.outline.tint(outline, &tint);
         way.tints.push(tint);
@@ -206,7 +207,7 @@ impl Plan<'_> {
         for bounce in 0..=MOST_BOUNCES {
             let Some(hit) = self.scene.geometry.closest(origin, direction) else { return way };
             let (at, lobes) = Meeting::with_lobes(self.scene, &hit, direction);
-            if self.scene.effects.absorbs {
+            if self.scene.effects.fills {
                 self.absorb(&hit, direction, &mut outline, &mut way);
             }
             if !straight && lobes.iter().any(|l| !l.kernel.is_specular()) {

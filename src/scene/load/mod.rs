@@ -12,9 +12,11 @@ use glam::{DVec3, Vec3A};
 
 use crate::color::Uplift;
 use crate::keys::{self, Keys};
+use crate::material::read::Interiors;
 use crate::material::{Effects, Ink, read as materials};
-use crate::scene::Scene;
+use crate::medium::{self, Medium};
 use crate::scene::light::tree::LightTree;
+use crate::scene::{Light, Scene};
 use crate::spectral::Spectrum;
 use crate::{Error, Result};
 
@@ -35,17 +37,20 @@ pub struct Materials {
     pub inks: Vec<Ink>,
     /// Basis of RGB colours.
     pub srgb: [Spectrum; 3],
+    /// The media of the file, in order.
+    pub media: Vec<Medium>,
 }
 
-/// Reads the materials of a scene file.
+/// Reads the materials and media of a scene file.
 pub fn materials(path: &Path) -> Result<Materials> {
     let text = std::fs::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
     let folder = path.parent().unwrap_or(Path::new("."));
     let read = || {
         let (mut keys, mut inks) = (keys::parse(&text)?, Vec::new());
         let metres = unit(&mut keys)?;
-        let materials = materials::read_all(keys.tables("materials")?, folder, metres, &mut inks)?;
-        Ok(Materials { materials, inks, srgb: Uplift::new()?.basis().clone() })
+        let (media, mut interiors, _) = read_media(&mut keys, folder, metres, &mut inks)?;
+        let materials = materials::read_all(keys.tables("materials")?, folder, metres, &mut inks, &mut interiors)?;
+        Ok(Materials { materials, inks, srgb: Uplift::new()?.basis().clone(), media })
     };
     read().map_err(|e: Error| e.in_file(path))
 }
@@ -58,7 +63,10 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     let max_bounces = keys.number("max_bounces", "must be a whole number from 0", |x| x >= 0.0 && x.fract() == 0.0)?;
     let polarization = keys.get::<bool>("polarization")?;
     let mut inks = Vec::new();
-    let materials = materials::read_all(keys.tables("materials")?, folder, metres, &mut inks)?;
+    let (media, mut interiors, glows) = read_media(&mut keys, folder, metres, &mut inks)?;
+    let everywhere = keys.get_spanned::<String>("medium")?;
+    let everywhere = everywhere.map(|(name, span)| number_of(&keys, &name, span, &interiors)).transpose()?;
+    let materials = materials::read_all(keys.tables("materials")?, folder, metres, &mut inks, &mut interiors)?;
     let effects = materials.iter().fold(Effects::default(), |e, m| e.or(m.1.effects()));
     let lights = keys.tables("lights")?.into_iter().map(|(name, k)| lights::read(name, k, metres, folder));
     let mut lights = lights.collect::<Result<Vec<_>>>()?;
@@ -78,8 +86,14 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     }
     keys.finish()?;
     let frame = shapes.frame(&groups);
-    let (lights, lamps) = lights::settle(lights, &shapes.emitters, shapes.placed_emitters(&frame), &frame)?;
+    let (mut lights, lamps) = lights::settle(lights, &shapes.emitters, shapes.placed_emitters(&frame), &frame)?;
     let tree = LightTree::new(&lamps, &lights::power(&lights, &lamps, &frame)?);
+    let mut media = medium::read::settle(media, &interiors.bodies, everywhere)?;
+    for medium in &mut media.list {
+        medium.density = medium.density.within(frame.centre, frame.scale);
+        medium.glow = medium.glow.map(|i| lights.len() as u32 + i);
+    }
+    lights.extend(glows.into_iter().map(|(name, radiance)| Light { name, radiance }));
     let rough = shapes.is_smooth(&groups);
     let remarks = std::mem::take(&mut shapes.remarks);
     Ok(Scene {
@@ -88,6 +102,7 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
         polarised: polarization
             .unwrap_or_else(|| effects.polarises || lamps.iter().any(|l| l.polarization(Vec3A::Z).is_some())),
         effects,
+        media,
         looks_at_site: materials.iter().map(|m| rough || m.1.looks_at_site()).collect(),
         materials: materials.into_iter().map(|m| m.1).collect(),
         inks,
@@ -101,6 +116,26 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
         remarks,
         max_bounces: max_bounces.map(|b| b as u32),
     })
+}
+
+/// Media as they are read, their names, and the source functions of those that give off light.
+type ReadMedia = (Vec<Medium>, Interiors, Vec<(String, Spectrum)>);
+
+/// Reads `[media.NAME]`.
+fn read_media(keys: &mut Keys, folder: &Path, metres: f64, inks: &mut Vec<Ink>) -> Result<ReadMedia> {
+    let mut glows = Vec::new();
+    let mut context = medium::read::Context { folder, metres, inks, glows: &mut glows };
+    let media = medium::read::read_all(keys.tables("media")?, &mut context)?;
+    let names = media.iter().map(|m| m.name.clone()).collect();
+    Ok((media, Interiors { names, bodies: Vec::new() }, glows))
+}
+
+/// Number of the medium that fills all space.
+fn number_of(keys: &Keys, name: &str, span: std::ops::Range<usize>, interiors: &Interiors) -> Result<u32> {
+    let known = interiors.names.iter().position(|n| n == name).map(|i| i as u32);
+    let shown = crate::error::printable(name.as_bytes());
+    let names = interiors.names.join(", ");
+    known.ok_or_else(|| keys.wrong_key("medium", span, &format!("no medium '{shown}'; there are {names}")))
 }
 
 /// Indices by name.

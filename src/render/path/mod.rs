@@ -7,6 +7,8 @@
 //! In scenes with effects beyond Eq. (1) a path may split where wavelengths go apart ([`Comb`]), knows the body that it is in and,
 //! where polarization counts, the frame of its Stokes vectors ([`plane`]). All that is compiled apart: other scenes have none of it.
 
+mod volume;
+
 use std::marker::PhantomData;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -14,18 +16,22 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::Vec3A;
 
 use crate::material::{Lobe, Lobes, Tint};
+use crate::medium::{Inside, Medium};
 use crate::notes::Notes;
 use crate::render::comb::{Comb, Parts};
 use crate::render::direct::{Direct, power_heuristic};
+use crate::render::flight::Rates;
 use crate::render::inks::Outline;
 use crate::render::lanes::Lanes;
+use crate::render::media::{Bodies, Lots};
 use crate::render::meeting::Meeting;
 use crate::render::method::Method;
 use crate::render::plane;
 use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
 use crate::scene::light::Lamp;
-use crate::scene::{Hit, Scene};
+use crate::scene::{Hit, Scene, ray};
+use volume::Passed;
 
 /// From this bounce on a path may end by lot, with a chance to go on of this times what it carries: measured on the Cornell
 /// box and a mesh (docs/performance.md).
@@ -35,6 +41,8 @@ const ODDS: f32 = 4.0;
 const MIRRORS: u32 = 32;
 /// A path that has not ended by now never will: in a closed room of white walls light has no end.
 const MOST_BOUNCES: u32 = 2048;
+/// The same within media, where light of a thick cloud scatters a million times before it leaves.
+const MOST_SCATTERINGS: u32 = 1 << 24;
 
 /// Pairs of a sampler's numbers: two before the first surface, three a bounce.
 const FIRST_PAIR: u32 = 2;
@@ -60,6 +68,10 @@ pub struct PathTracing {
     options: Options,
     comb: Comb,
     polarised: bool,
+    /// Of each medium.
+    rates: Vec<Rates>,
+    /// A place, and the bodies that it is in: the camera's.
+    eye: Option<(Vec3A, Inside)>,
     /// Paths that were ended at [`MOST_BOUNCES`].
     endless: AtomicU64,
 }
@@ -67,17 +79,21 @@ pub struct PathTracing {
 impl PathTracing {
     /// Of a scene whose spectra have this outline, for these wavelengths; with Stokes vectors or without.
     pub fn new(scene: Arc<Scene>, outline: Outline, options: Options, comb: Comb, polarised: bool) -> PathTracing {
-        PathTracing { scene, outline, options, comb, polarised, endless: AtomicU64::new(0) }
+        let rates = scene.media.list.iter().map(|m| Rates::new(m, &outline, &scene.inks)).collect();
+        let place = scene.camera.as_ref().and_then(|c| c.ray(0.5, 0.5, [0.5; 2])).map(|r| r.0);
+        let eye = place.map(|p| (p, scene.inside(p)));
+        PathTracing { scene, outline, options, comb, polarised, rates, eye, endless: AtomicU64::new(0) }
     }
 
     fn has_effects(&self) -> bool {
-        self.polarised || self.scene.effects.any()
+        self.polarised || self.scene.effects.any() || self.scene.is_filled()
     }
 
     fn tracer<E: Beside>(&self) -> Tracer<'_, E> {
-        let PathTracing { scene, outline, options: Options { max_bounces, split }, comb, polarised, endless } = self;
-        let (max_bounces, split, polarised) = (*max_bounces, *split, *polarised);
-        Tracer { scene, outline, max_bounces, split, comb, polarised, endless, beside: PhantomData }
+        let PathTracing { scene, outline, options: Options { max_bounces, split }, comb, .. } = self;
+        let (max_bounces, split, polarised) = (*max_bounces, *split, self.polarised);
+        let (rates, eye, endless) = (&self.rates, self.eye, &self.endless);
+        Tracer { scene, outline, max_bounces, split, comb, polarised, rates, eye, endless, beside: PhantomData }
     }
 }
 
@@ -117,6 +133,8 @@ struct Tracer<'a, E> {
     split: u32,
     comb: &'a Comb,
     polarised: bool,
+    rates: &'a [Rates],
+    eye: Option<(Vec3A, Inside)>,
     endless: &'a AtomicU64,
     beside: PhantomData<E>,
 }
@@ -127,7 +145,7 @@ trait Beside: Copy {
     const EFFECTS: bool;
 
     /// At its start.
-    fn new(nm: Option<f32>, frame: Vec3A) -> Self;
+    fn new(nm: Option<f32>, from: Vec3A, frame: Vec3A, inside: impl FnOnce() -> (Inside, Lots)) -> Self;
 
     /// What it knows.
     fn known(&mut self) -> Option<&mut Known>;
@@ -136,7 +154,7 @@ trait Beside: Copy {
 impl Beside for () {
     const EFFECTS: bool = false;
 
-    fn new(_: Option<f32>, _: Vec3A) {}
+    fn new(_: Option<f32>, _: Vec3A, _: Vec3A, _: impl FnOnce() -> (Inside, Lots)) {}
 
     fn known(&mut self) -> Option<&mut Known> {
         None
@@ -146,8 +164,9 @@ impl Beside for () {
 impl Beside for Known {
     const EFFECTS: bool = true;
 
-    fn new(nm: Option<f32>, frame: Vec3A) -> Known {
-        Known { nm, inside: None, beyond: None, frame }
+    fn new(nm: Option<f32>, from: Vec3A, frame: Vec3A, inside: impl FnOnce() -> (Inside, Lots)) -> Known {
+        let (inside, lots) = inside();
+        Known { nm, inside, from, lots, ways: 0, scatterings: 0, frame }
     }
 
     fn known(&mut self) -> Option<&mut Known> {
@@ -160,10 +179,16 @@ impl Beside for Known {
 struct Known {
     /// The only wavelength that says where it goes, nm; all of them do until it splits.
     nm: Option<f32>,
-    /// Number of the optical depth of what it is in.
-    inside: Option<u32>,
-    /// The same beyond the surface that it has met.
-    beyond: Option<u32>,
+    /// The bodies that it is in.
+    inside: Inside,
+    /// Where its way began, on the surface itself.
+    from: Vec3A,
+    /// For null collisions.
+    lots: Lots,
+    /// Ways through media so far.
+    ways: u32,
+    /// Bounces that were none of a surface.
+    scatterings: u32,
     /// Axis of the Stokes vectors of light that comes against its way.
     frame: Vec3A,
 }
@@ -191,17 +216,24 @@ enum Way {
     Straight,
     /// By a lobe with a density, 1/sr, where lamps were aimed at too.
     Lobe { pdf: f32, from: Vec3A, normal: Vec3A },
+    /// Scattered at a place, the lamps aimed at chosen from another.
+    Scattered { pdf: f32, from: Vec3A, chosen_from: Vec3A },
 }
 
 impl<'a, E: Beside> Tracer<'a, E> {
-    fn start(&self, origin: Vec3A, direction: Vec3A, way: Way, frame: Vec3A) -> State<E> {
-        let beside = E::new(self.comb.single(), frame);
+    fn start(&self, (origin, direction): (Vec3A, Vec3A), way: Way, frame: Vec3A, sampler: &Sampler) -> State<E> {
+        let inside = || match self.eye {
+            _ if !self.scene.is_filled() => (Inside::default(), Lots::of(sampler)),
+            Some((place, inside)) if place == origin => (inside, Lots::of(sampler)),
+            _ => (self.scene.inside(origin), Lots::of(sampler)),
+        };
+        let beside = E::new(self.comb.single(), origin, frame, inside);
         State { origin, direction, way, bounce: 0, weight: 1.0, share: 1.0, outline: Lanes::splat(1.0), beside }
     }
 
     /// Follows one path from the eye and leaves its trail: radiance.
     fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
-        let mut state = self.start(origin, direction, Way::Straight, trail.frame);
+        let mut state = self.start((origin, direction), Way::Straight, trail.frame, sampler);
         let Some((meeting, lobe)) = self.arrive(&mut state, sampler, trail) else { return };
         if let Some(parts) = self.parts(&mut state, &meeting, &lobe, sampler) {
             return self.go_apart(&state, &meeting, &lobe, &parts, sampler, trail);
@@ -229,7 +261,9 @@ impl<'a, E: Beside> Tracer<'a, E> {
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         let meeting = Meeting::facing(point, normal);
         let frame = self.polarised.then_some(Vec3A::X);
-        self.direct().look(&meeting, &Lobe::WHITE, 1.0, sampler.pair(0), (frame, None), trail);
+        let mut inside = self.scene.is_filled().then(|| (self.scene.inside(point), Lots::of(sampler)));
+        let bodies = inside.as_mut().map(|(inside, lots)| Bodies { inside: *inside, from: point, lots });
+        self.direct().look(&meeting, &Lobe::WHITE, 1.0, sampler.pair(0), (frame, bodies), trail);
         if let Some(turn) = Lobe::WHITE.kernel.sample(Vec3A::Z, sampler.pair(1)) {
             let (origin, normal) = meeting.start(false);
             let way = Way::Lobe { pdf: turn.pdf, from: origin, normal };
@@ -237,7 +271,8 @@ impl<'a, E: Beside> Tracer<'a, E> {
             if self.polarised {
                 trail.depolarise();
             }
-            self.follow(self.start(origin, direction, way, plane::across(direction)), sampler, trail);
+            let frame = plane::across(direction);
+            self.follow(self.start((origin, direction), way, frame, sampler), sampler, trail);
         }
     }
 
@@ -293,25 +328,40 @@ impl<'a, E: Beside> Tracer<'a, E> {
         trail.join();
     }
 
-    /// Goes to the next surface, takes its light and chooses a lobe by lot; `None` where the path ends there.
+    /// Goes to the next surface, takes its light and chooses a lobe by lot; `None` where the path ends there. On the way it may
+    /// scatter.
     #[inline(always)]
     fn arrive(&self, state: &mut State<E>, sampler: &Sampler, trail: &mut Trail) -> Option<(Meeting, Lobe<'a>)> {
-        let Some(hit) = self.scene.geometry.closest(state.origin, state.direction) else {
-            self.leave(state, trail);
-            return None;
+        let hit = loop {
+            let hit = self.scene.geometry.closest(state.origin, state.direction);
+            if E::EFFECTS && self.scene.is_filled() {
+                match self.pass(hit.as_ref(), state, sampler, trail) {
+                    Passed::Through => {}
+                    Passed::Scattered => continue,
+                    Passed::Ended => return None,
+                }
+                if let Some(hit) = &hit
+                    && self.crosses(hit, state)
+                {
+                    continue;
+                }
+            }
+            let Some(hit) = hit else {
+                self.leave(state, trail);
+                return None;
+            };
+            break hit;
         };
         let front = hit.normal.dot(state.direction) < 0.0;
-        if E::EFFECTS {
-            self.absorb(&hit, front, state, trail);
-        }
         if let Some(lamp) = hit.surface.emitter.filter(|_| front) {
             self.meet(lamp as usize, &hit, state, trail);
         }
         if state.bounce >= self.max_bounces {
             return None;
         }
-        if state.bounce >= MOST_BOUNCES {
-            self.endless.fetch_add(1, Ordering::Relaxed);
+        let scatterings = state.beside.known().map_or(0, |known| known.scatterings);
+        if state.bounce - scatterings >= MOST_BOUNCES {
+            self.endless();
             return None;
         }
         let pair = FIRST_PAIR + PAIRS * state.bounce;
@@ -319,10 +369,11 @@ impl<'a, E: Beside> Tracer<'a, E> {
         let mut meeting = Meeting::new(&hit, front, shading, state.direction);
         let scene: &'a Scene = self.scene;
         let material = &scene.materials[hit.surface.material as usize];
-        if E::EFFECTS
-            && let Some(axis) = material.axis(&site)
-        {
-            meeting.align(axis.as_vec3a());
+        if E::EFFECTS {
+            if let Some(axis) = material.axis(&site) {
+                meeting.align(axis.as_vec3a());
+            }
+            meeting.interior = material.interior().map(|medium| (medium, front));
         }
         let lobe = match material.only(&site) {
             Some(lobe) => lobe,
@@ -343,17 +394,34 @@ impl<'a, E: Beside> Tracer<'a, E> {
         Some((meeting, lobe))
     }
 
-    /// Notes what the body absorbs that the path has come through, and which one lies beyond the surface.
-    fn absorb(&self, hit: &Hit, front: bool, state: &mut State<E>, trail: &mut Trail) {
-        let Some(known) = state.beside.known().filter(|_| self.scene.effects.absorbs) else { return };
-        let own = self.scene.materials[hit.surface.material as usize].interior();
-        // Who looks may be inside from the start.
-        let inside = if front { known.inside } else { own };
-        (known.inside, known.beyond) = (inside, if front { own } else { None });
-        if let Some(depth) = inside {
-            let metres = self.scene.frame.length_m(hit.t);
-            self.tint(state, &Tint::Inside { depth, metres }, trail);
+    /// Goes through a surface that does nothing to light but tell media apart; false where it does more.
+    fn crosses(&self, hit: &Hit, state: &mut State<E>) -> bool {
+        let material = &self.scene.materials[hit.surface.material as usize];
+        if !material.is_void() || hit.surface.emitter.is_some() {
+            return false;
         }
+        let front = hit.normal.dot(state.direction) < 0.0;
+        if let Some(known) = state.beside.known() {
+            known.inside = match material.interior() {
+                Some(medium) if front => known.inside.entered(medium),
+                Some(medium) => known.inside.left(medium),
+                None => known.inside,
+            };
+            known.from = hit.point;
+        }
+        state.origin = ray::offset(hit.point, if front { -hit.normal } else { hit.normal }, hit.reach);
+        true
+    }
+
+    /// A path is cut.
+    fn endless(&self) {
+        self.endless.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn rates(&self, medium: &Medium) -> &Rates {
+        // The medium is one of the list's own.
+        let number = self.scene.media.list.iter().position(|m| std::ptr::eq(m, medium)).unwrap_or(0);
+        &self.rates[number]
     }
 
     /// Asks the lamps through a lobe and leaves the surface along it; false where the path ends by lot or has nowhere to go.
@@ -385,9 +453,11 @@ impl<'a, E: Beside> Tracer<'a, E> {
     ) -> bool {
         let [lots, for_lamp, for_turn] = sampler.three(FIRST_PAIR + PAIRS * state.bounce);
         if !lobe.kernel.is_specular() {
-            let bent = lobe.kernel.transmits() && !lobe.kernel.is_straight();
+            let filled = E::EFFECTS && self.scene.is_filled();
             let beside = state.beside.known().map_or((None, None), |known| {
-                (self.polarised.then_some(known.frame), if bent { known.beyond } else { known.inside })
+                let inside = if lobe.kernel.transmits() { meeting.beyond(known.inside) } else { known.inside };
+                let bodies = filled.then_some(Bodies { inside, from: meeting.point, lots: &mut known.lots });
+                (self.polarised.then_some(known.frame), bodies)
             });
             self.direct().look(meeting, lobe, state.weight, for_lamp, beside, trail);
         }
@@ -399,9 +469,10 @@ impl<'a, E: Beside> Tracer<'a, E> {
             if self.polarised {
                 plane::follow(meeting, lobe, turn.inc, &mut known.frame, trail);
             }
-            if lobe.kernel.transmits() && !lobe.kernel.is_straight() {
-                known.inside = known.beyond;
+            if lobe.kernel.transmits() {
+                known.inside = meeting.beyond(known.inside);
             }
+            known.from = meeting.point;
         }
         state.weight *= turn.weight;
         let carried = state.weight * self.outline.value(&state.outline);
@@ -442,14 +513,19 @@ impl<'a, E: Beside> Tracer<'a, E> {
     /// A path ran into a lamp: weighed against the chance of having aimed at it.
     fn meet(&self, lamp: usize, hit: &Hit, state: &State<E>, trail: &mut Trail) {
         let Lamp::Area(emitter) = &self.scene.lamps[lamp] else { return };
-        let weight = match state.way {
-            Way::Straight => 1.0,
-            Way::Lobe { pdf, from, normal } => {
-                let chance = self.scene.tree.chance(lamp, from, Some(normal));
-                power_heuristic(pdf, if chance > 0.0 { emitter.pdf(from, hit.point, hit.normal) * chance } else { 0.0 })
-            }
-        };
+        let weight = self.against(lamp, state, |from| emitter.pdf(from, hit.point, hit.normal));
         trail.light(&emitter.emission(-hit.normal.dot(state.direction)), weight * state.weight, 0);
+    }
+
+    /// Weight of a way that found a lamp which could have been aimed at, with a density of directions there from a place.
+    #[inline(always)]
+    fn against(&self, lamp: usize, state: &State<E>, density: impl FnOnce(Vec3A) -> f32) -> f32 {
+        let (pdf, from, chance) = match state.way {
+            Way::Straight => return 1.0,
+            Way::Lobe { pdf, from, normal } => (pdf, from, self.scene.tree.chance(lamp, from, Some(normal))),
+            Way::Scattered { pdf, from, chosen_from } => (pdf, from, self.scene.tree.chance(lamp, chosen_from, None)),
+        };
+        power_heuristic(pdf, if chance > 0.0 { density(from) * chance } else { 0.0 })
     }
 
     /// A path left the scene: what lies beyond.
@@ -460,12 +536,7 @@ impl<'a, E: Beside> Tracer<'a, E> {
             if let Some(known) = state.beside.known().filter(|_| self.polarised) {
                 plane::lamp(&self.scene.lamps[lamp], state.direction, known.frame, trail);
             }
-            let weight = match state.way {
-                Way::Straight => 1.0,
-                Way::Lobe { pdf: by_lobe, from, normal } => {
-                    power_heuristic(by_lobe, pdf * self.scene.tree.chance(lamp, from, Some(normal)))
-                }
-            };
+            let weight = self.against(lamp, state, |_| pdf);
             trail.light(&emission, weight * state.weight, trail.len() - before);
         }
     }
