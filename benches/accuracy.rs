@@ -6,6 +6,8 @@ mod cases;
 mod formulas;
 #[path = "../tests/accuracy/list.rs"]
 mod list;
+#[path = "../tests/accuracy/media.rs"]
+mod media;
 #[path = "../tests/accuracy/waves.rs"]
 mod waves;
 
@@ -23,8 +25,6 @@ measurement goes on until its standard error is a fifth of the tolerance, or its
 cases, the other methods those that they can show; what these work out before they look is solved eight times, with other random
 numbers each, for its standard error. Values beyond their tolerance are marked, apart from those that two standard errors explain. The line is that of the value of the case that comes out worst, by its distance over its
 tolerance.
-
-Not measured: `furnace-thermal-medium`, which needs a medium.
 
 ";
 

@@ -92,7 +92,7 @@ fn by_radiosity(divide: Option<u32>, tolerance: f64, rays: u32, show: radiosity:
 
 fn by_photon(photons: u32, passes: u32, count: u32) -> Choice {
     let (gather_once, memory) = (false, 4 << 30);
-    Choice::Photon(photon::Options { photons, passes, count, gather_once, seed: 1, memory, solution: None })
+    Choice::Photon(photon::Options { photons, passes, count, gather_once, step: 0.1, seed: 1, memory, solution: None })
 }
 
 /// The closed room of 4 x 4 x 3 m whose ceiling shines.

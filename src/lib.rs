@@ -54,6 +54,19 @@
 //! - [Mallett 2019] I. Mallett, C. Yuksel, *Spectral Primary Decomposition for Rendering with sRGB Reflectance*, EGSR 2019.
 //! - [Conty 2018] A. Conty Estevez, C. Kulla, *Importance Sampling of Many Lights with Adaptive Tree Splitting*, PACMCGIT 1(2), 2018.
 //! - [Henyey 1941] L. Henyey, J. Greenstein, *Diffuse radiation in the Galaxy*, Astrophysical Journal 93, 1941.
+//! - [Jensen 2001] H. Jensen, S. Marschner, M. Levoy, P. Hanrahan, *A Practical Model for Subsurface Light Transport*, SIGGRAPH 2001;
+//!   [King 2013] A. King, C. Kulla, A. Conty, M. Fajardo, *BSSRDF Importance Sampling*, SIGGRAPH 2013 talks.
+//! - [Wilkie 2014] A. Wilkie, S. Nawaz, M. Droske, A. Weidlich, J. Hanika, *Hero Wavelength Spectral Sampling*, EGSR 2014; [Miller
+//!   2019] B. Miller, I. Georgiev, W. Jarosz, *A null-scattering path integral formulation of light transport*, SIGGRAPH 2019.
+//! - [Kulla 2012] C. Kulla, M. Fajardo, *Importance Sampling Techniques for Path Tracing in Participating Media*, EGSR 2012.
+//! - [Woodcock 1965] E. Woodcock, T. Murphy, P. Hemmings, S. Longworth, *Techniques used in the GEM code for Monte Carlo neutronics
+//!   calculations*, 1965; [Novak 2014] J. Novak, A. Selle, W. Jarosz, *Residual Ratio Tracking*, SIGGRAPH Asia 2014.
+//! - [Rushmeier 1987] H. Rushmeier, K. Torrance, *The Zonal Method for Calculating Light Intensities in the Presence of a
+//!   Participating Medium*, SIGGRAPH 87; [Larsen 1986] M. Larsen, J. Howell, *Least-squares smoothing of direct-exchange areas in
+//!   zonal analysis*, Journal of Heat Transfer 108, 1986.
+//! - [Jensen 1998] H. Jensen, P. Christensen, *Efficient Simulation of Light Transport in Scenes with Participating Media using Photon
+//!   Maps*, SIGGRAPH 98.
+//! - [Jarosz 2008] W. Jarosz, M. Zwicker, H. Jensen, *The Beam Radiance Estimate for Volumetric Photon Mapping*, Eurographics 2008.
 //! - [Kajiya 1986] J. Kajiya, *The Rendering Equation*, SIGGRAPH 86.
 //! - [Veach 1997] E. Veach, *Robust Monte Carlo Methods for Light Transport Simulation*, Stanford, 1997.
 //! - [Arvo 1995] J. Arvo, *Stratified Sampling of Spherical Triangles*, SIGGRAPH 95.

@@ -7,20 +7,18 @@ mod cases;
 mod formulas;
 #[path = "accuracy/list.rs"]
 mod list;
+#[path = "accuracy/media.rs"]
+mod media;
 #[path = "accuracy/waves.rs"]
 mod waves;
 
 use std::time::{Duration, Instant};
-
-/// Cases that wait for what is not there yet.
-const WAITING: [&str; 1] = ["furnace-thermal-medium"];
 
 #[test]
 fn no_case_is_forgotten() {
     let table = cases::table();
     let mut covered: Vec<String> = list::all(&table).into_iter().map(|c| c.id).collect();
     covered.extend(formulas::all(&table).into_iter().map(|r| r.0));
-    covered.extend(WAITING.map(String::from));
     let missing: Vec<&String> = table.keys().filter(|k| !covered.contains(k)).collect();
     assert!(missing.is_empty(), "{missing:?}");
 }
@@ -35,7 +33,13 @@ fn formulas_are_those_of_the_table() {
 #[test]
 fn renders_lie_within_tolerance_and_error() {
     let mut wrong = Vec::new();
-    let all = list::all(&cases::table());
+    let mut all = list::all(&cases::table());
+    // Of the table of layers, whose every row is a case, a few; the rest are the slab solver's here, and `make accuracy`'s.
+    let mut rows = 0;
+    all.retain(|c| {
+        rows += u32::from(c.id == "slab-isotropic-table");
+        c.id != "slab-isotropic-table" || rows % 6 == 2
+    });
     for (case, how) in all.iter().flat_map(|c| c.methods().map(move |how| (c, how))) {
         let start = Instant::now();
         let got = case.by(how, 2.0, Duration::from_secs(2));

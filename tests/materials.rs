@@ -3,8 +3,9 @@
 use luxpipe::color::Uplift;
 use luxpipe::keys;
 use luxpipe::material::probe::{Sample, at_angle};
-use luxpipe::material::read::{KINDS, read_all};
+use luxpipe::material::read::{Interiors, KINDS, read_all};
 use luxpipe::material::{Lobes, Material, Site};
+use luxpipe::spectral::Spectrum;
 
 use glam::Vec3A;
 
@@ -22,6 +23,8 @@ fn most(kind: &str, roughness: f64) -> String {
         "wave_rough" => format!("n = 0\nk = 5\nsigma_nm = {}\ntau_nm = 4000", 1000.0 * roughness),
         "fluorescent" => "reflectance = 1\nabsorption = 0\nemission = [[500, 1], [600, 0]]".to_string(),
         "translucent" => format!("reflectance = {roughness}\ntransmittance = {}", 1.0 - roughness),
+        "boundary" => "interior = \"clear\"".to_string(),
+        "subsurface" => "interior = \"white\"\nindex = 1.3".to_string(),
         "polarizer" => "axis = [1, 0, 0]\nleak = 1".to_string(),
         "retarder" => "axis = [1, 0, 0]\nretardance_nm = 137.5".to_string(),
         "plastic" | "metal" => {
@@ -43,14 +46,22 @@ fn most(kind: &str, roughness: f64) -> String {
 fn is_lossless(kind: &str) -> bool {
     // Ward's lobes lose what would go below the surface; in Radiance's metal the rest is spread by the colour, white here.
     // What is reflected more than once in the pits is no part of He and Torrance's lobes.
-    !["plastic", "metal", "trans", "wave_rough"].contains(&kind)
+    // The dipole does not make up for what Fresnel's reflection takes on the way out.
+    !["plastic", "metal", "trans", "wave_rough", "subsurface"].contains(&kind)
 }
 
 fn with(text: &str, name: &str, mut test: impl FnMut(&dyn Material, Sample)) {
     let mut keys = keys::parse(text).unwrap();
     let mut inks = Vec::new();
     let tables = keys.tables("materials").unwrap();
-    let all = read_all(tables, std::path::Path::new("."), 1.0, &mut inks).unwrap_or_else(|e| panic!("{text}: {e}"));
+    let (none, much) = (Spectrum::Constant(0.0), Spectrum::Constant(1000.0));
+    let mut interiors = Interiors {
+        names: ["clear", "white"].map(String::from).into(),
+        reduced: vec![[none.clone(), none.clone()], [much, none]],
+        bodies: Vec::new(),
+    };
+    let all = read_all(tables, std::path::Path::new("."), 1.0, &mut inks, &mut interiors);
+    let all = all.unwrap_or_else(|e| panic!("{text}: {e}"));
     let material = &*all.iter().find(|m| m.0 == name).unwrap().1;
     let srgb = Uplift::new().unwrap().basis().clone();
     for front in [true, false] {

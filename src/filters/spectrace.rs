@@ -17,7 +17,7 @@ use crate::render::picture::{Job, Work, render};
 use crate::render::radiosity::MOST_RAYS;
 use crate::render::rays::Lines;
 use crate::render::report::Report;
-use crate::render::{local, path, photon, radiosity};
+use crate::render::{local, march, path, photon, radiosity};
 use crate::scene::{Scene, load};
 use crate::spectral::{Observer, Sampling};
 use crate::stream::Picture;
@@ -50,8 +50,13 @@ pub enum Solver {
     /// Radiosity: surfaces in elements, whose light is balanced before the eye looks; what gloss, mirrors and glass throw onto
     /// other surfaces is spread as if they were matt
     Radiosity,
-    /// Photon map: light that lamps send out, counted where it arrives; shows caustics, is blurred within its disks
+    /// Photon map: light that lamps send out, counted where it arrives, on surfaces and in media; shows caustics, is blurred within
+    /// its disks
     Photon,
+    /// Marching: Eq. (2) by steps along what the eye sees; the lamps' light on surfaces and, scattered once, in media
+    March,
+    /// Zonal: marching, and light that has scattered or was reflected before, balanced in cubes of space and tiles of surfaces
+    Zonal,
 }
 
 /// What a picture takes from the elements.
@@ -124,7 +129,7 @@ pub struct Spectrace {
     /// Elements along both sides of each surface instead
     #[arg(long, value_name = "N", help_heading = "Radiosity")]
     pub divide: Option<u32>,
-    /// Rays from each element, for its form factors; from a quarter as many places the lamps are looked at
+    /// Rays from each element (with --method zonal: zone and tile), for its form factors; from a quarter as many places the lamps are looked at
     #[arg(long, value_name = "N", default_value_t = 512, help_heading = "Radiosity")]
     pub element_rays: u32,
     /// Photons that lamps send out
@@ -136,6 +141,12 @@ pub struct Spectrace {
     /// Photons that a disk of the first map holds
     #[arg(long, value_name = "N", default_value_t = 200, help_heading = "Photon map")]
     pub count: u32,
+    /// Optical depth of a step through a medium, and its length over half the distance to a lamp
+    #[arg(long, value_name = "DEPTH", default_value_t = 0.1, help_heading = "Marching and zones")]
+    pub step: f64,
+    /// Cubes along the longest side of what a medium fills
+    #[arg(long, value_name = "N", default_value_t = 10, help_heading = "Marching and zones")]
+    pub zones: u32,
     /// What a picture takes from elements or photons
     #[arg(long, value_enum, value_name = "WHAT", default_value = "direct", help_heading = "Radiosity and photon map")]
     pub show: Shown,
@@ -214,24 +225,26 @@ impl Spectrace {
     fn choice(&self, scene: &Scene, run: &Run) -> Result<Choice> {
         self.note_left_out(scene, run)?;
         let plain = Spectrace::default();
+        let march = self.step != plain.step;
+        let zonal = self.zones != plain.zones;
         let path = (self.max_bounces, self.split) != (plain.max_bounces, plain.split);
         let local = (self.ambient, self.no_shadows, self.no_reflections) != (plain.ambient, false, false);
-        let radiosity =
-            (self.mesh_error, self.divide, self.element_rays) != (plain.mesh_error, None, plain.element_rays);
+        let radiosity = (self.mesh_error, self.divide) != (plain.mesh_error, None);
+        let rays = self.element_rays != plain.element_rays;
         let photon = (self.photons, self.passes, self.count) != (plain.photons, plain.passes, plain.count);
-        let solved =
-            (self.show, self.solver_memory, &self.solution) != (plain.show, plain.solver_memory, &plain.solution);
-        use Solver::{Local, Path, Photon, Radiosity};
-        let strangers: [(bool, &[Solver], &str); 5] = [
+        let solved = (self.show, &self.solution) != (plain.show, &plain.solution);
+        let memory = self.solver_memory != plain.solver_memory;
+        use Solver::{Local, March, Path, Photon, Radiosity, Zonal};
+        let strangers: [(bool, &[Solver], &str); 9] = [
             (path, &[Path], "--max-bounces and --split go with --method path"),
             (local, &[Local], "--ambient, --no-shadows and --no-reflections go with --method local"),
-            (radiosity, &[Radiosity], "--mesh-error, --divide and --element-rays go with --method radiosity"),
+            (radiosity, &[Radiosity], "--mesh-error and --divide go with --method radiosity"),
+            (rays, &[Radiosity, Zonal], "--element-rays goes with --method radiosity or zonal"),
+            (march, &[March, Zonal, Photon], "--step goes with --method march, zonal or photon"),
+            (zonal, &[Zonal], "--zones goes with --method zonal"),
+            (memory, &[Radiosity, Photon, Zonal], "--solver-memory goes with --method radiosity, photon or zonal"),
             (photon, &[Photon], "--photons, --passes and --count go with --method photon"),
-            (
-                solved,
-                &[Radiosity, Photon],
-                "--show, --solver-memory and --solution go with --method radiosity or photon",
-            ),
+            (solved, &[Radiosity, Photon], "--show and --solution go with --method radiosity or photon"),
         ];
         if let Some((.., message)) = strangers.iter().find(|(given, of, _)| *given && !of.contains(&self.method)) {
             return usage!("{message}");
@@ -247,6 +260,7 @@ impl Spectrace {
             }
             Solver::Radiosity => Choice::Radiosity(self.radiosity()?),
             Solver::Photon => Choice::Photon(self.photon()?),
+            Solver::March | Solver::Zonal => Choice::March(self.march()?),
         })
     }
 
@@ -260,12 +274,13 @@ impl Spectrace {
             return usage!("--output stokes goes with --method path; {method} knows nothing of polarization");
         }
         let photon = self.method == Solver::Photon;
+        let media = photon || matches!(self.method, Solver::March | Solver::Zonal);
         let out = [
             (scene.polarised, "polarization"),
             (scene.effects.disperses && !photon, "dispersion"),
-            (scene.effects.fills && !photon, "absorption within bodies"),
+            (scene.media.scatter() && !media, "scattering in media"),
+            (scene.effects.subsurface, "light that leaves bodies elsewhere than where it went in"),
             (scene.effects.disperses && photon, "dispersion of what the eye sees through a body"),
-            (scene.effects.fills && photon, "absorption of what the eye sees through a body"),
             (scene.fluoresces() && photon, "light that photons would have at other wavelengths"),
         ];
         for (_, what) in out.iter().filter(|o| o.0) {
@@ -299,6 +314,25 @@ impl Spectrace {
         })
     }
 
+    fn march(&self) -> Result<march::Options> {
+        if !(1e-3..=10.0).contains(&self.step) {
+            return usage!("--step {}: an optical depth of 0.001 to 10", self.step);
+        }
+        if !(1..=64).contains(&self.zones) || !(1..=MOST_RAYS).contains(&self.element_rays) {
+            return usage!(
+                "--zones {} --element-rays {}: 1 to 64 cubes, 1 to {MOST_RAYS} rays",
+                self.zones,
+                self.element_rays
+            );
+        }
+        let zonal = march::solve::Options {
+            along: self.zones,
+            rays: self.element_rays,
+            memory: self.solver_memory.saturating_mul(1 << 20),
+        };
+        Ok(march::Options { step: self.step as f32, zonal: (self.method == Solver::Zonal).then_some(zonal) })
+    }
+
     fn photon(&self) -> Result<photon::Options> {
         if !(1..=1 << 30).contains(&self.photons) || !(1..=1024).contains(&self.passes) {
             return usage!(
@@ -323,6 +357,7 @@ impl Spectrace {
             passes: self.passes,
             count: self.count,
             gather_once: self.show == Shown::Gather,
+            step: self.march()?.step,
             seed: self.seed,
             memory: self.solver_memory.saturating_mul(1 << 20),
             solution: self.solution.clone(),

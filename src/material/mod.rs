@@ -26,6 +26,7 @@ pub mod probe;
 pub mod radiance;
 pub mod read;
 pub mod sheet;
+pub mod subsurface;
 pub mod texture;
 pub mod tint;
 pub mod translucent;
@@ -142,6 +143,8 @@ pub struct Effects {
     pub fills: bool,
     /// Means nothing without polarization: a polariser, a retarder.
     pub polarises: bool,
+    /// Light leaves it elsewhere than where it went in ([`Material::dipole`]).
+    pub subsurface: bool,
     /// Has an axis in its surface ([`Material::axis`]).
     pub aligns: bool,
 }
@@ -152,6 +155,7 @@ impl Effects {
         Effects {
             disperses: self.disperses || o.disperses,
             fills: self.fills || o.fills,
+            subsurface: self.subsurface || o.subsurface,
             polarises: self.polarises || o.polarises,
             aligns: self.aligns || o.aligns,
         }
@@ -176,6 +180,11 @@ pub trait Material: Send + Sync {
     /// Has lobes that go straight through ([`Kernel::is_straight`]): lamps are looked for behind it.
     fn is_clear(&self) -> bool {
         false
+    }
+
+    /// Number of the dipole by which a lobe's light has gone below the surface.
+    fn dipole(&self, _lobe: &Lobe) -> Option<u32> {
+        None
     }
 
     /// Does nothing to light: only what lies behind it differs.

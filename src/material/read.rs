@@ -11,7 +11,7 @@ use crate::material::{Base, Ink, Material, Site};
 use crate::material::{
     boundary, coated, conductor, dielectric, diffuse, film, fluorescent, glass, grating, mirror, mixture,
 };
-use crate::material::{radiance, sheet, translucent, wavy};
+use crate::material::{radiance, sheet, subsurface, translucent, wavy};
 use crate::spectral::Spectrum;
 use crate::spectral::key::SpectrumKey;
 use crate::{Error, Result};
@@ -33,6 +33,7 @@ pub const KINDS: &[(&str, Read)] = &[
     ("boundary", boundary::read),
     ("fluorescent", fluorescent::read),
     ("translucent", translucent::read),
+    ("subsurface", subsurface::read),
     ("polarizer", sheet::read_polarizer),
     ("retarder", sheet::read_retarder),
     ("plastic", radiance::read_plastic),
@@ -53,6 +54,8 @@ pub struct Interior {
 pub struct Interiors {
     /// Names of those of the scene file: numbers 0, 1, ...
     pub names: Vec<String>,
+    /// Reduced scattering and absorption coefficients of each, 1/m.
+    pub reduced: Vec<[Spectrum; 2]>,
     /// What bodies absorb by keys of their own: the numbers after those.
     pub bodies: Vec<Interior>,
 }
@@ -129,7 +132,7 @@ impl Reader<'_, '_> {
 
     /// Number of the medium that only absorbs, by a coefficient's number.
     pub fn absorbing(&mut self, absorption: u32) -> u32 {
-        let Interiors { names, bodies } = &mut *self.interiors;
+        let Interiors { names, bodies, .. } = &mut *self.interiors;
         let body = Interior { absorption };
         let known = bodies.iter().position(|b| *b == body);
         (names.len()

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3A;
 
 use crate::material::kernel::incoherent;
+use crate::optics::dipole::Dipole;
 use crate::optics::reradiation::Reradiation;
 use crate::optics::roughness::Rough;
 use crate::optics::{film, fresnel};
@@ -36,6 +37,15 @@ pub enum Ink {
     },
     /// Rulings.
     Grating(Arc<Rulings>),
+    /// A body by its dipole.
+    Dipole {
+        /// Reduced scattering coefficient, 1/m.
+        scattering: Spectrum,
+        /// Absorption coefficient, 1/m.
+        absorption: Spectrum,
+        /// Index inside over outside.
+        eta: f64,
+    },
 }
 
 /// A reflection grating: its period and where light goes.
@@ -219,6 +229,13 @@ pub enum Tint {
         /// Density there over the densest medium's extinction, m.
         share: f32,
     },
+    /// Light that has gone below a surface: the dipole's R_d at a distance, 1/m2.
+    Dipole {
+        /// Number of the dipole.
+        ink: u32,
+        /// Distance between where light went in and comes out.
+        metres: f32,
+    },
     /// A fluorescent surface: its reflectance, and all that changes its wavelength.
     Fluorescent(u32),
     /// The mirror's part of a rough surface by wave optics, with a metal's reflectance.
@@ -354,6 +371,12 @@ impl Tint {
                 glow(inks[depth as usize].depth(nm), inks[absorption as usize].depth(nm), metres)
             }
             Tint::Null { depth, share } => 1.0 - inks[depth as usize].depth(nm) * share,
+            Tint::Dipole { ink, metres } => match &inks[ink as usize] {
+                Ink::Dipole { scattering, absorption, eta } => {
+                    Dipole::new(scattering.at(nm), absorption.at(nm), *eta).radial(metres.into()) as f32
+                }
+                _ => 0.0,
+            },
             Tint::Fluorescent(i) => inks[i as usize].reflectance(nm),
             Tint::Coherent { index, rough, cos } => metal(index, cos) * rough.coherent(cos, nm as f32),
             Tint::Incoherent { index, rough, cosines } => {

@@ -43,6 +43,16 @@ impl Inside {
         self
     }
 
+    /// Beyond a surface with this medium behind its front, come from before it or from behind.
+    #[inline]
+    pub fn beyond(self, interior: Option<u32>, from_front: bool) -> Inside {
+        match interior {
+            None => self,
+            Some(medium) if from_front => self.entered(medium),
+            Some(medium) => self.left(medium),
+        }
+    }
+
     /// A body with this medium is among them.
     #[inline]
     pub fn holds(self, medium: u32) -> bool {

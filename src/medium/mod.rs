@@ -16,8 +16,9 @@ use std::sync::Arc;
 use density::Density;
 use phase::Phase;
 
-use crate::material::{Tint, tint};
+use crate::material::{Ink, Tint, tint};
 use crate::simd;
+use crate::spectral::Spectrum;
 
 pub use inside::Inside;
 
@@ -69,6 +70,20 @@ impl Grey {
 }
 
 impl Medium {
+    /// Reduced scattering coefficient sigma_s (1 - g), and the absorption coefficient, 1/m.
+    pub fn reduced(&self, inks: &[Ink]) -> [Spectrum; 2] {
+        let [absorption, scattering] = self.coefficients(inks);
+        [scattering.scaled(1.0 - self.phase.mean_cosine()), absorption]
+    }
+
+    /// Absorption and scattering coefficients where the density is 1, 1/m.
+    pub fn coefficients(&self, inks: &[Ink]) -> [Spectrum; 2] {
+        [Some(self.absorption), self.scattering].map(|i| match i.map(|i| &inks[i as usize]) {
+            Some(Ink::Depth(s)) => s.clone(),
+            _ => Spectrum::Constant(0.0),
+        })
+    }
+
     /// A tint of it as a number, where that is all it is.
     #[inline]
     pub fn grey_share(&self, tint: &Tint) -> Option<f32> {

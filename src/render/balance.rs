@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use crate::Result;
 use crate::material::kernel;
+use crate::medium::Inside;
 use crate::render::film::light_weights;
 use crate::render::inks::Inks;
 use crate::render::lanes::GROUP;
@@ -203,7 +204,13 @@ impl Gas<'_> {
     /// What a surface sends towards where a particle came from.
     fn measure(&self, hit: &Hit, direction: Vec3A, sampler: &Sampler, sums: &mut Sums) {
         let (at, lobes) = Meeting::with_lobes(self.scene, hit, direction);
-        let shade = Shade { scene: self.scene, rest: &LampsAlone, shadows: true, follow: Follow::Gloss };
+        let shade = Shade {
+            scene: self.scene,
+            rest: &LampsAlone,
+            shadows: true,
+            follow: Follow::Gloss,
+            inside: Inside::default(),
+        };
         let mut pairs = Pairs::new(sampler, 0);
         let (mut direct, mut white) = (Trail::default(), Trail::default());
         direct.fork();

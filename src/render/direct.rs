@@ -7,8 +7,8 @@ use crate::render::media::{self, Bodies};
 use crate::render::meeting::Meeting;
 use crate::render::plane;
 use crate::render::trail::Trail;
-use crate::scene::Scene;
 use crate::scene::light::{Aim, Lamp};
+use crate::scene::{Scene, ray};
 
 /// A scene's lamps.
 #[derive(Clone, Copy)]
@@ -52,15 +52,15 @@ impl Direct<'_> {
         self.look_in(at, lobe, share, &look, beside, trail);
     }
 
-    /// The light of one lamp that leaves through a lobe, times `share`, its polarization left out.
+    /// The light of one lamp that leaves through a lobe, times `share`, its polarization left out, where nothing fills space.
     #[inline(always)]
     pub fn look_at(&self, at: &Meeting, lobe: &Lobe, share: f32, look: &Look, trail: &mut Trail) {
         self.look_in(at, lobe, share, look, (None, None), trail);
     }
 
-    /// The light of one lamp that leaves through a lobe, times `share`.
+    /// The light of one lamp that leaves through a lobe, times `share`; see [`Direct::look`].
     #[inline(always)]
-    fn look_in(
+    pub fn look_in(
         &self,
         at: &Meeting,
         lobe: &Lobe,
@@ -197,7 +197,7 @@ impl Direct<'_> {
                 bodies.inside = meeting.beyond(bodies.inside);
             }
             share *= lobe.factor;
-            from = meeting.start(true).0;
+            from = ray::onward(hit.point, aim.direction, hit.normal, hit.reach);
         }
         None
     }

@@ -160,7 +160,7 @@ pub fn estimator(scene: Arc<Scene>, quantity: &Quantity, method: &Choice) -> Res
 }
 
 fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice) -> Result<Arc<dyn Estimate>> {
-    if scene.lamps.is_empty() {
+    if scene.lamps.is_empty() && !scene.media.glow() {
         return invalid!("nothing in the scene gives off light");
     }
     // Light that has changed its wavelength is one of its own, whose factors are its radiance.

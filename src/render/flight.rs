@@ -54,6 +54,11 @@ impl Rates {
         Rates { sigma, extreme: if beyond { EXTREME } else { 0.0 }, most: high, grey: high - low <= 1e-6 * high }
     }
 
+    /// All of them.
+    pub fn sigma(&self) -> Vec<f32> {
+        self.sigma.to_vec()
+    }
+
     /// With the lots of a path that carries so much of each eighth.
     pub fn flight(&self, outline: &Outline, carried: &Lanes<1>) -> Flight<'_> {
         let mut shares = [self.extreme; RATES];

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::material::tint::Rulings;
 use crate::material::{Base, Ink, Polar, Tint, tint};
 use crate::optics::aperture::Airy;
+use crate::optics::dipole::Dipole;
 use crate::optics::fresnel;
 use crate::optics::polarization::{Diattenuation, sheet};
 use crate::render::beam::Beam;
@@ -34,6 +35,46 @@ enum Sampled<const G: usize> {
     Films(Films<G>),
     Dye(Dye<G>),
     Grating(Arc<Rulings>, Lanes<G>),
+    Dipole(Box<Sources<G>>),
+}
+
+/// A dipole's two sources, and the coefficients that they come of.
+struct Sources<const G: usize> {
+    coefficients: [Lanes<G>; 2],
+    eta: f64,
+    /// alpha' / 4 pi, z_r, z_v, sigma_tr.
+    lanes: [Lanes<G>; 4],
+}
+
+impl<const G: usize> Sources<G> {
+    fn new(scattering: Lanes<G>, absorption: Lanes<G>, eta: f64) -> Self {
+        let mut lanes = [Lanes::splat(0.0); 4];
+        for g in 0..G {
+            for j in 0..GROUP {
+                let d = Dipole::new(scattering.0[g][j].into(), absorption.0[g][j].into(), eta);
+                if d.albedo > 0.0 {
+                    let all = [d.albedo * 0.25 / std::f64::consts::PI, d.depth, d.height, d.transport];
+                    lanes.iter_mut().zip(all).for_each(|(lanes, x)| lanes.0[g][j] = x as f32);
+                }
+            }
+        }
+        Sources { coefficients: [scattering, absorption], eta, lanes }
+    }
+
+    /// R_d at a distance in metres, 1/m2: see [`Dipole::radial`].
+    #[inline(always)]
+    fn radial(&self, metres: f32) -> Lanes<G> {
+        let [strength, depth, height, transport] = &self.lanes;
+        let source = |z: f32, tr: f32| {
+            let d2 = (metres * metres + z * z).max(1e-30);
+            let d = d2.sqrt();
+            z / d2 * (1.0 / d + tr) * simd::exp(-tr * d)
+        };
+        let mut sum = depth.map2(transport, source);
+        sum.add_scaled(&height.map2(transport, source), 1.0);
+        sum.multiply(strength);
+        sum
+    }
 }
 
 /// What lanes stand for.
@@ -85,6 +126,9 @@ impl<const G: usize> Inks<G> {
             Ink::Index { n, k } => Sampled::Index(lanes(n), lanes(k)),
             Ink::Film(stack) => Sampled::Films(Films::new(stack, &cells.edges)),
             Ink::Grating(rulings) => Sampled::Grating(rulings.clone(), lanes(&rulings.reflectance)),
+            Ink::Dipole { scattering, absorption, eta } => {
+                Sampled::Dipole(Box::new(Sources::new(lanes(scattering), lanes(absorption), *eta)))
+            }
             Ink::Reradiation { reflectance, dye } => match sampling {
                 Some(sampling) => Sampled::Dye(Dye::new(lanes(reflectance), dye, sampling)),
                 // An outline: what keeps its wavelength, and what does not.
@@ -101,12 +145,14 @@ impl<const G: usize> Inks<G> {
         }
     }
 
+    /// An ink of one spectrum.
     #[inline(always)]
-    fn one(&self, i: u32) -> &Lanes<G> {
+    pub fn one(&self, i: u32) -> &Lanes<G> {
         match &self.inks[i as usize] {
             Sampled::One(lanes) | Sampled::Index(lanes, _) | Sampled::Grating(_, lanes) => lanes,
             Sampled::Dye(dye) => &dye.reflectance,
             Sampled::Films(films) => &films.black,
+            Sampled::Dipole(sources) => &sources.coefficients[0],
         }
     }
 
@@ -170,6 +216,11 @@ impl<const G: usize> Inks<G> {
                 light.multiply(&self.one(depth).map2(self.one(absorption), |d, a| tint::glow(d, a, metres)));
             }
             Tint::Null { depth, share } => light.multiply(&self.one(depth).map(|d| 1.0 - d * share)),
+            Tint::Dipole { ink, metres } => {
+                if let Sampled::Dipole(sources) = &self.inks[ink as usize] {
+                    light.multiply(&sources.radial(metres));
+                }
+            }
             Tint::Fluorescent(i) => light.multiply(self.one(i)),
             Tint::Coherent { index, rough, cos } => {
                 light.multiply(&self.metal(index, cos).map2(&self.nm, |r, nm| r * rough.coherent(cos, nm)));
@@ -376,6 +427,13 @@ impl Outline {
     /// A coefficient's means.
     pub fn one(&self, ink: u32) -> &Lanes<1> {
         self.inks.one(ink)
+    }
+
+    /// The dipoles of a body's eighths.
+    pub fn dipoles(&self, ink: u32) -> Option<[Dipole; GROUP]> {
+        let Sampled::Dipole(sources) = &self.inks.inks[ink as usize] else { return None };
+        let [scattering, absorption] = sources.coefficients.each_ref().map(|c| c.0[0]);
+        Some(std::array::from_fn(|i| Dipole::new(scattering[i].into(), absorption[i].into(), sources.eta)))
     }
 
     /// How many of the eighths there are: fewer where there are fewer wavelengths.

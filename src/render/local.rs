@@ -15,6 +15,7 @@ use std::sync::Arc;
 use glam::Vec3A;
 
 use crate::material::{Base, Ink, Lobe, Tint};
+use crate::medium::Inside;
 use crate::notes::Notes;
 use crate::render::balance::Balance;
 use crate::render::meeting::Meeting;
@@ -22,7 +23,7 @@ use crate::render::method::Method;
 use crate::render::sampler::Sampler;
 use crate::render::shade::{Follow, Pairs, Rest, Shade};
 use crate::render::trail::Trail;
-use crate::render::view;
+use crate::render::view::{self, Eye};
 use crate::scene::light::Emission;
 use crate::scene::{Hit, Scene};
 use crate::{Result, invalid, string_serde};
@@ -141,25 +142,28 @@ impl Local {
         Ok(local)
     }
 
-    fn shade(&self) -> Shade<'_> {
+    fn shade(&self, inside: Inside) -> Shade<'_> {
         let Options { shadows, reflections, .. } = self.options;
         let follow = if reflections { Follow::Gloss } else { Follow::Nothing };
-        Shade { scene: &self.scene, rest: &self.ambient, shadows, follow }
+        Shade { scene: &self.scene, rest: &self.ambient, shadows, follow, inside }
     }
 }
 
 impl Method for Local {
     fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
-        let (shade, mut pairs) = (self.shade(), Pairs::new(sampler, FIRST_PAIR));
-        let followed = |lobe: &Lobe| lobe.kernel.is_straight();
-        view::look(&self.scene, (origin, direction), &mut pairs, trail, followed, |seen, lobe, pairs, trail| {
-            shade.lobe(seen.at, lobe, pairs, trail);
-        });
+        let (scene, mut pairs) = (&*self.scene, Pairs::new(sampler, FIRST_PAIR));
+        Eye { scene, origin, direction }.look(
+            &mut pairs,
+            trail,
+            |lobe| lobe.kernel.is_straight(),
+            |inside, way, pairs, trail| view::dim(scene, inside, way, pairs, trail),
+            |seen, lobe, pairs, trail| self.shade(seen.inside).lobe(seen.at, lobe, pairs, trail),
+        );
     }
 
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         let at = Meeting::facing(point, normal);
-        self.shade().lobe(&at, &Lobe::WHITE, &mut Pairs::new(sampler, FIRST_PAIR), trail);
+        self.shade(self.scene.inside(point)).lobe(&at, &Lobe::WHITE, &mut Pairs::new(sampler, FIRST_PAIR), trail);
     }
 
     fn inks(&self) -> &[Ink] {

@@ -81,11 +81,7 @@ impl Meeting {
     /// The bodies that a place beyond the surface is in, by those of a place on this side.
     #[inline]
     pub fn beyond(&self, inside: Inside) -> Inside {
-        match self.interior {
-            None => inside,
-            Some((medium, true)) => inside.entered(medium),
-            Some((medium, false)) => inside.left(medium),
-        }
+        self.interior.map_or(inside, |(medium, front)| inside.beyond(Some(medium), front))
     }
 
     /// A direction in this frame.

@@ -1,4 +1,4 @@
-//! Ways to solve Eq. (1), one file each, behind one interface: a method follows light from where it is asked for, and notes
+//! Ways to solve Eq. (1) and (2), one file each, behind one interface: a method follows light from where it is asked for, and notes
 //! on a trail what came of each lamp and what tinted it. Wavelengths, films, pixels and errors are the same for all.
 
 use std::sync::Arc;
@@ -11,6 +11,7 @@ use crate::notes::Notes;
 use crate::render::comb::Comb;
 use crate::render::inks::Outline;
 use crate::render::local::{self, Local};
+use crate::render::march::{self, March};
 use crate::render::path::{self, PathTracing};
 use crate::render::photon::{self, PhotonMap};
 use crate::render::radiosity::{self, Radiosity};
@@ -54,6 +55,8 @@ pub enum Choice {
     Radiosity(radiosity::Options),
     /// Photon map.
     Photon(photon::Options),
+    /// Marching through media, with zones or without.
+    March(march::Options),
 }
 
 impl Choice {
@@ -71,6 +74,7 @@ impl Choice {
             Choice::Path(options) => Box::new(PathTracing::new(scene, outline, *options, comb, polarised)),
             Choice::Local(options) => Box::new(Local::new(scene, *options, range_nm)?),
             Choice::Photon(options) => Box::new(PhotonMap::new(scene, outline, options, &comb, wavelengths)?),
+            Choice::March(options) => Box::new(March::new(scene, &outline, options, wavelengths)?),
             Choice::Radiosity(options) => Box::new(Radiosity::new(scene, options, wavelengths)?),
         })
     }

@@ -18,6 +18,7 @@ pub mod flight;
 pub mod inks;
 pub mod lanes;
 pub mod local;
+pub mod march;
 pub mod media;
 pub mod meeting;
 pub mod method;

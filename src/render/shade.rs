@@ -3,12 +3,16 @@
 use glam::Vec3A;
 
 use crate::material::Lobe;
+use crate::medium::Inside;
+use crate::medium::density::Way;
 use crate::render::direct::{Direct, Look, power_heuristic};
+use crate::render::media::{self, Bodies, Lots};
 use crate::render::meeting::Meeting;
 use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
+use crate::render::view;
 use crate::scene::light::Lamp;
-use crate::scene::{Hit, Scene};
+use crate::scene::{Hit, Scene, ray};
 
 /// So many lamps are all looked at; of more, one by lot.
 const FEW_LAMPS: usize = 8;
@@ -20,6 +24,11 @@ pub trait Rest: Sync {
 
     /// Notes what a surface that a ray has met sends back, but for its own light; `None` where what the ray met is not looked at.
     fn sent(&self, met: Option<&Hit>, direction: Vec3A, weight: f32, pairs: &mut Pairs, trail: &mut Trail);
+
+    /// Notes what the medium on a way gives off, where it is known, and what it lets through of all that is noted later.
+    fn between(&self, scene: &Scene, inside: Inside, way: &Way, pairs: &mut Pairs, trail: &mut Trail) {
+        view::dim(scene, inside, way, pairs, trail);
+    }
 }
 
 /// Nothing but the lamps' light.
@@ -53,6 +62,8 @@ pub struct Shade<'a> {
     pub shadows: bool,
     /// Lobes whose directions are followed.
     pub follow: Follow,
+    /// The bodies that the eye's side of the surface is in.
+    pub inside: Inside,
 }
 
 /// Deals out a sampler's pairs.
@@ -65,6 +76,11 @@ impl Pairs<'_> {
     /// From pair number `next` on.
     pub fn new(sampler: &Sampler, next: u32) -> Pairs<'_> {
         Pairs { sampler, next }
+    }
+
+    /// The sampler itself.
+    pub fn sampler(&self) -> &Sampler {
+        self.sampler
     }
 
     /// The next two numbers in 0..1.
@@ -109,19 +125,60 @@ impl Shade<'_> {
         };
         if count <= FEW_LAMPS {
             for lamp in 0..count {
-                direct.look_at(at, lobe, lobe.factor, &look(lamp, 1.0, pairs.pair()), trail);
+                let look = look(lamp, 1.0, pairs.pair());
+                let mut lots = Lots::of(pairs.sampler());
+                direct.look_in(at, lobe, lobe.factor, &look, (None, self.bodies(at, lobe, &mut lots)), trail);
             }
             return;
         }
         let (mut u, (from, normal)) = (pairs.pair(), at.start(lobe.kernel.transmits()));
         if let Some((lamp, chance)) = self.scene.tree.choose(from, Some(normal), &mut u[0]) {
-            direct.look_at(at, lobe, lobe.factor, &look(lamp, chance, u), trail);
+            let mut lots = Lots::of(pairs.sampler());
+            let bodies = self.bodies(at, lobe, &mut lots);
+            direct.look_in(at, lobe, lobe.factor, &look(lamp, chance, u), (None, bodies), trail);
         }
+    }
+
+    /// Those that a look through a lobe begins in, where space is filled at all.
+    fn bodies<'l>(&self, at: &Meeting, lobe: &Lobe, lots: &'l mut Lots) -> Option<Bodies<'l>> {
+        self.scene.is_filled().then(|| Bodies { inside: self.beyond(at, lobe), from: at.point, lots })
+    }
+
+    /// The bodies on the side that a lobe's light comes from.
+    fn beyond(&self, at: &Meeting, lobe: &Lobe) -> Inside {
+        if lobe.kernel.transmits() { at.beyond(self.inside) } else { self.inside }
     }
 
     /// Without shadows no ray meets a surface.
     fn may_meet(&self, lamp: usize) -> bool {
         self.shadows || self.scene.lamps[lamp].is_distant()
+    }
+
+    /// The surface that is met along a direction from a place, rays from `from`; media on the way there are noted, and their boundaries
+    /// gone through.
+    fn met(
+        &self,
+        mut place: Vec3A,
+        mut from: Vec3A,
+        direction: Vec3A,
+        mut inside: Inside,
+        pairs: &mut Pairs,
+        trail: &mut Trail,
+    ) -> Option<Hit> {
+        const MOST_CROSSED: usize = 64;
+        for _ in 0..MOST_CROSSED {
+            let hit = self.shadows.then(|| self.scene.geometry.closest(from, direction)).flatten();
+            let way = media::between(place, direction, hit.as_ref().map(|h| h.point));
+            self.rest.between(self.scene, inside, &way, pairs, trail);
+            let hit = hit?;
+            let material = &self.scene.materials[hit.surface.material as usize];
+            if !material.is_void() {
+                return Some(hit);
+            }
+            inside = inside.beyond(material.interior(), hit.normal.dot(direction) < 0.0);
+            (place, from) = (hit.point, ray::onward(hit.point, direction, hit.normal, hit.reach));
+        }
+        None
     }
 
     /// What lies in a lobe's own direction, which has a density.
@@ -144,7 +201,11 @@ impl Shade<'_> {
             let chance = if looks_at_all { 1.0 } else { scene.tree.chance(lamp, from, Some(normal)) };
             if pdf.is_finite() { power_heuristic(pdf, density * chance) } else { 1.0 }
         };
-        let hit = self.shadows.then(|| scene.geometry.closest(from, direction)).flatten();
+        let hit = if scene.is_filled() {
+            self.met(at.point, from, direction, self.beyond(at, lobe), pairs, trail)
+        } else {
+            self.shadows.then(|| scene.geometry.closest(from, direction)).flatten()
+        };
         if let Some(hit) = hit {
             let lamp = hit.surface.emitter.filter(|_| hit.normal.dot(direction) < 0.0).map(|l| l as usize);
             if let Some((lamp, Lamp::Area(e))) = lamp.map(|l| (l, &scene.lamps[l])) {

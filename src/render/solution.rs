@@ -1,6 +1,6 @@
 //! A solution kept in a file, to be seen from other cameras.
 //!
-//! Two lines of text, `luxpipe solution 1 KIND` and the fingerprint of scene and options, then a check sum (u64, little endian)
+//! Two lines of text, `luxpipe solution 2 KIND` and the fingerprint of scene and options, then a check sum (u64, little endian)
 //! and the bytes of the solution. The file appears whole or not at all; one of another scene, or damaged, is refused.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -23,7 +23,8 @@ impl Fingerprint {
     /// Of a scene and of a text that says what was asked of it.
     pub fn of(scene: &Scene, options: &str, wavelengths: &dyn Wavelengths) -> Fingerprint {
         let mut h = DefaultHasher::new();
-        (env!("CARGO_PKG_VERSION"), options, format!("{:?}", scene.inks)).hash(&mut h);
+        let media = format!("{:?}", scene.media);
+        (env!("CARGO_PKG_VERSION"), options, format!("{:?}", scene.inks), media).hash(&mut h);
         (scene.frame.centre.to_array().map(f64::to_bits), scene.frame.scale.to_bits()).hash(&mut h);
         surfaces(scene, &mut h);
         lamps(scene, wavelengths, &mut h);
@@ -85,7 +86,7 @@ fn check_sum(bytes: &[u8]) -> u64 {
 }
 
 fn magic(kind: &str) -> String {
-    format!("luxpipe solution 1 {kind}\n")
+    format!("luxpipe solution 2 {kind}\n")
 }
 
 /// Writes a solution.

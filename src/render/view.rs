@@ -3,11 +3,14 @@
 use glam::Vec3A;
 
 use crate::material::{Lobe, Lobes};
+use crate::medium::Inside;
+use crate::medium::density::Way;
+use crate::render::media::{self, Bodies, Lots};
 use crate::render::meeting::Meeting;
 use crate::render::shade::Pairs;
 use crate::render::trail::Trail;
 use crate::scene::light::Lamp;
-use crate::scene::{Hit, Scene};
+use crate::scene::{Hit, Scene, ray};
 
 /// Panes and mirrors that the eye is followed through at most.
 const MOST: usize = 64;
@@ -20,53 +23,96 @@ pub struct Seen<'a> {
     pub front: bool,
     /// As its material sees it.
     pub at: &'a Meeting,
+    /// The bodies that the eye's side of it is in.
+    pub inside: Inside,
 }
 
-/// Notes the light of lamps, and of what is beyond the scene, along a ray; goes on along lobes that are to be `followed` (of
-/// several of them one, by lot), and has the others of each place shown.
-pub fn look<'a>(
-    scene: &'a Scene,
-    (mut origin, mut direction): (Vec3A, Vec3A),
-    pairs: &mut Pairs,
-    trail: &mut Trail,
-    followed: impl Fn(&Lobe) -> bool,
-    mut show: impl FnMut(&Seen, &Lobe<'a>, &mut Pairs, &mut Trail),
-) {
-    for _ in 0..MOST {
-        let Some(hit) = scene.geometry.closest(origin, direction) else {
-            for lamp in scene.tree.distant() {
-                if let Some((emission, _)) = scene.lamps[lamp].beyond(direction) {
-                    trail.light(&emission, 1.0, 0);
+/// Notes what a medium leaves of light along a way, and its own; what it scatters is left out.
+pub fn dim(scene: &Scene, inside: Inside, way: &Way, pairs: &mut Pairs, trail: &mut Trail) {
+    if let Some(medium) = scene.media.current(inside).filter(|m| m.glow.is_some()) {
+        media::glow(medium, media::column(scene, medium, way), 1.0, trail);
+    }
+    let mut lots = Lots::of(pairs.sampler());
+    let to = way.length.is_finite().then(|| way.at(way.length));
+    let share = media::dim(scene, &mut Bodies { inside, from: way.origin, lots: &mut lots }, way.direction, to, trail);
+    trail.scale(share);
+}
+
+/// Who looks.
+pub struct Eye<'a> {
+    /// At what.
+    pub scene: &'a Scene,
+    /// From where.
+    pub origin: Vec3A,
+    /// Unit direction.
+    pub direction: Vec3A,
+}
+
+impl<'a> Eye<'a> {
+    /// Notes the light of lamps, and of what is beyond the scene, along a ray; goes on along lobes that are to be `followed` (of
+    /// several of them one, by lot), has ways through what fills space noted by `travel`, and the other lobes of each place shown.
+    pub fn look(
+        &self,
+        pairs: &mut Pairs,
+        trail: &mut Trail,
+        followed: impl Fn(&Lobe) -> bool,
+        mut travel: impl FnMut(Inside, &Way, &mut Pairs, &mut Trail),
+        mut show: impl FnMut(&Seen, &Lobe<'a>, &mut Pairs, &mut Trail),
+    ) {
+        let Eye { scene, mut origin, mut direction } = *self;
+        let mut inside = scene.inside(origin);
+        // Where the way itself begins: rays begin a little off surfaces.
+        let mut from = origin;
+        for _ in 0..MOST {
+            let hit = scene.geometry.closest(origin, direction);
+            if scene.is_filled() {
+                let way = media::between(from, direction, hit.as_ref().map(|h| h.point));
+                travel(inside, &way, pairs, trail);
+            }
+            let Some(hit) = hit else {
+                for lamp in scene.tree.distant() {
+                    if let Some((emission, _)) = scene.lamps[lamp].beyond(direction) {
+                        trail.light(&emission, 1.0, 0);
+                    }
+                }
+                return;
+            };
+            let front = hit.normal.dot(direction) < 0.0;
+            if let Some(Lamp::Area(e)) = hit.surface.emitter.filter(|_| front).map(|l| &scene.lamps[l as usize]) {
+                trail.light(&e.emission(-hit.normal.dot(direction)), 1.0, 0);
+            }
+            let (at, lobes) = Meeting::with_lobes(scene, &hit, direction);
+            from = hit.point;
+            if scene.materials[hit.surface.material as usize].is_void() {
+                inside = at.beyond(inside);
+                origin = ray::onward(hit.point, direction, hit.normal, hit.reach);
+                continue;
+            }
+            trail.fork();
+            let mut on = Lobes::default();
+            for lobe in lobes.iter() {
+                if followed(lobe) {
+                    on.push(*lobe);
+                } else {
+                    trail.branch();
+                    show(&Seen { hit: &hit, front, at: &at, inside }, lobe, pairs, trail);
                 }
             }
-            return;
-        };
-        let front = hit.normal.dot(direction) < 0.0;
-        if let Some(Lamp::Area(e)) = hit.surface.emitter.filter(|_| front).map(|l| &scene.lamps[l as usize]) {
-            trail.light(&e.emission(-hit.normal.dot(direction)), 1.0, 0);
-        }
-        let (at, lobes) = Meeting::with_lobes(scene, &hit, direction);
-        trail.fork();
-        let mut on = Lobes::default();
-        for lobe in lobes.iter() {
-            if followed(lobe) {
-                on.push(*lobe);
-            } else {
-                trail.branch();
-                show(&Seen { hit: &hit, front, at: &at }, lobe, pairs, trail);
+            // The last branch, since it may fork again.
+            let lot = if on.len() > 1 { pairs.pair()[0] } else { 0.0 };
+            let Some(lobe) = on.choose(lot) else { return };
+            let Some(turn) = lobe.kernel.sample(at.out, pairs.pair()) else { return };
+            trail.branch();
+            trail.tint(&lobe.tint.turned(at.out, turn.inc));
+            trail.scale(lobe.factor * turn.weight);
+            if !lobe.kernel.is_straight() {
+                direction = at.world(turn.inc).normalize();
             }
+            if lobe.kernel.transmits() {
+                inside = at.beyond(inside);
+            }
+            origin = at.start(lobe.kernel.transmits()).0;
         }
-        // The last branch, since it may fork again.
-        let lot = if on.len() > 1 { pairs.pair()[0] } else { 0.0 };
-        let Some(lobe) = on.choose(lot) else { return };
-        let Some(turn) = lobe.kernel.sample(at.out, pairs.pair()) else { return };
-        trail.branch();
-        trail.tint(&lobe.tint.turned(at.out, turn.inc));
-        trail.scale(lobe.factor * turn.weight);
-        if !lobe.kernel.is_straight() {
-            direction = at.world(turn.inc).normalize();
-        }
-        origin = at.start(lobe.kernel.transmits()).0;
     }
 }
 

@@ -23,6 +23,9 @@ pub trait Wavelengths: Sync {
     /// scene's own lights comes that of fluorescent surfaces, whose factors are its radiance.
     fn brightness(&self, light: usize) -> &[f32];
 
+    /// A scene's ink of one spectrum: a reflectance or a coefficient.
+    fn ink(&self, number: u32) -> &[f32];
+
     /// What a fluorescent surface, by the number of its ink, gives off where these rows of lights fall on it.
     fn reradiated(&self, ink: u32, lights: &[u32], rows: &[f32], out: &mut [f32]);
 }
@@ -78,6 +81,10 @@ impl<const G: usize> Wavelengths for Carried<G> {
 
     fn brightness(&self, light: usize) -> &[f32] {
         self.brightness[light].0.as_flattened()
+    }
+
+    fn ink(&self, number: u32) -> &[f32] {
+        self.inks.one(number).0.as_flattened()
     }
 
     fn reradiated(&self, ink: u32, lights: &[u32], rows: &[f32], out: &mut [f32]) {

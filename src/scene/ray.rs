@@ -13,6 +13,15 @@ pub fn offset(point: Vec3A, normal: Vec3A, reach: f32) -> Vec3A {
     point + normal * (SHARE * reach.max(NEAR))
 }
 
+/// Moves a point of a surface on along a way through it, as far as [`offset`] moves it off: a way that goes straight on stays on its
+/// line. Where it grazes the surface, off the surface.
+pub fn onward(point: Vec3A, direction: Vec3A, normal: Vec3A, reach: f32) -> Vec3A {
+    let cos = direction.dot(normal);
+    let side = if cos < 0.0 { -normal } else { normal };
+    let off = offset(point, side, reach);
+    if cos.abs() < 0.02 { off } else { point + direction * ((off - point).dot(side) / cos.abs()) }
+}
+
 /// Two vectors that complete a unit vector to an orthonormal frame (Duff et al. 2017).
 pub fn frame(n: Vec3A) -> (Vec3A, Vec3A) {
     let sign = 1f32.copysign(n.z);

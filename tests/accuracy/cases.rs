@@ -146,6 +146,7 @@ impl How {
                 // Disks that shrink while they hold more: both errors fall.
                 count: (100.0 * (f64::from(effort) / 32.0).powf(2.0 / 3.0)) as u32,
                 gather_once: false,
+                step: 0.1,
                 seed,
                 memory: 1 << 30,
                 solution: None,

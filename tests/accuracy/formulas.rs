@@ -72,5 +72,6 @@ pub fn all(t: &toml::Table) -> Vec<Row> {
         }
     }
     rows.extend(super::waves::all(t));
+    rows.extend(super::media::formulas(t));
     rows
 }

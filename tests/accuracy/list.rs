@@ -53,6 +53,7 @@ pub fn all(t: &toml::Table) -> Vec<Case> {
     all.extend(spheres(t));
     all.extend(boxes(t));
     all.extend(furnaces(t));
+    all.extend(super::media::all(t));
     all.push(corridor(t));
     all.extend(polarization(t));
     all.push(skies(t));

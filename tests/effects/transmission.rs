@@ -81,6 +81,7 @@ fn photons_go_apart_too() {
         passes: 1,
         count: 60,
         gather_once: false,
+        step: 0.1,
         seed: 0,
         memory: 1 << 30,
         solution: None,

@@ -2,6 +2,7 @@
 
 pub mod bend;
 pub mod complement;
+pub mod entering;
 pub mod ggx;
 pub mod ggx_through;
 pub mod incoherent;

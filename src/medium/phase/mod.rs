@@ -11,6 +11,8 @@ pub mod table;
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use glam::Vec3A;
+
 use crate::error::printable;
 use crate::keys::Keys;
 use crate::{Error, Result};
@@ -25,6 +27,15 @@ pub trait Phase: Send + Sync + Debug {
 
     /// Mean cosine of the angle, the g of radiative transfer.
     fn mean_cosine(&self) -> f64;
+
+    /// A direction that light goes on to by two numbers in 0..1, both unit vectors, and the versine between them.
+    fn turned(&self, direction: Vec3A, u: [f32; 2]) -> (Vec3A, f32) {
+        let versine = self.sample(u[0]);
+        let (s, t) = direction.any_orthonormal_pair();
+        let (b, a) = (u[1] * std::f32::consts::TAU).sin_cos();
+        let sin = (versine * (2.0 - versine)).max(0.0).sqrt();
+        ((direction * (1.0 - versine) + (s * a + t * b) * sin).normalize(), versine)
+    }
 
     /// It is that of a dipole, and polarises as one does.
     fn is_rayleigh(&self) -> bool {

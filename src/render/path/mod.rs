@@ -7,6 +7,7 @@
 //! In scenes with effects beyond Eq. (1) a path may split where wavelengths go apart ([`Comb`]), knows the body that it is in and,
 //! where polarization counts, the frame of its Stokes vectors ([`plane`]). All that is compiled apart: other scenes have none of it.
 
+mod beneath;
 mod volume;
 
 use std::marker::PhantomData;
@@ -31,6 +32,7 @@ use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
 use crate::scene::light::Lamp;
 use crate::scene::{Hit, Scene, ray};
+use beneath::Dipoles;
 use volume::Passed;
 
 /// From this bounce on a path may end by lot, with a chance to go on of this times what it carries: measured on the Cornell
@@ -70,6 +72,8 @@ pub struct PathTracing {
     polarised: bool,
     /// Of each medium.
     rates: Vec<Rates>,
+    /// Of each body that is one, by number.
+    dipoles: Vec<(u32, Dipoles)>,
     /// A place, and the bodies that it is in: the camera's.
     eye: Option<(Vec3A, Inside)>,
     /// Paths that were ended at [`MOST_BOUNCES`].
@@ -80,9 +84,10 @@ impl PathTracing {
     /// Of a scene whose spectra have this outline, for these wavelengths; with Stokes vectors or without.
     pub fn new(scene: Arc<Scene>, outline: Outline, options: Options, comb: Comb, polarised: bool) -> PathTracing {
         let rates = scene.media.list.iter().map(|m| Rates::new(m, &outline, &scene.inks)).collect();
+        let dipoles = (0..scene.inks.len() as u32).filter_map(|i| Some((i, Dipoles::new(&outline, i)?))).collect();
         let place = scene.camera.as_ref().and_then(|c| c.ray(0.5, 0.5, [0.5; 2])).map(|r| r.0);
         let eye = place.map(|p| (p, scene.inside(p)));
-        PathTracing { scene, outline, options, comb, polarised, rates, eye, endless: AtomicU64::new(0) }
+        PathTracing { scene, outline, options, comb, polarised, rates, dipoles, eye, endless: AtomicU64::new(0) }
     }
 
     fn has_effects(&self) -> bool {
@@ -92,8 +97,20 @@ impl PathTracing {
     fn tracer<E: Beside>(&self) -> Tracer<'_, E> {
         let PathTracing { scene, outline, options: Options { max_bounces, split }, comb, .. } = self;
         let (max_bounces, split, polarised) = (*max_bounces, *split, self.polarised);
-        let (rates, eye, endless) = (&self.rates, self.eye, &self.endless);
-        Tracer { scene, outline, max_bounces, split, comb, polarised, rates, eye, endless, beside: PhantomData }
+        let (rates, dipoles, eye, endless) = (&self.rates, &self.dipoles, self.eye, &self.endless);
+        Tracer {
+            scene,
+            outline,
+            max_bounces,
+            split,
+            comb,
+            polarised,
+            rates,
+            dipoles,
+            eye,
+            endless,
+            beside: PhantomData,
+        }
     }
 }
 
@@ -134,6 +151,7 @@ struct Tracer<'a, E> {
     comb: &'a Comb,
     polarised: bool,
     rates: &'a [Rates],
+    dipoles: &'a [(u32, Dipoles)],
     eye: Option<(Vec3A, Inside)>,
     endless: &'a AtomicU64,
     beside: PhantomData<E>,
@@ -385,11 +403,17 @@ impl<'a, E: Beside> Tracer<'a, E> {
             }
         };
         state.weight *= lobe.factor;
-        if !lobe.tint.turns() {
-            self.tint(state, &lobe.tint, trail);
-        }
         if E::EFFECTS && self.polarised && lobe.polar.is_none() {
             trail.depolarise();
+        }
+        if E::EFFECTS
+            && let Some(ink) = material.dipole(&lobe)
+        {
+            let meeting = self.beneath(ink, &hit, &meeting, state, sampler, trail)?;
+            return Some((meeting, Lobe { tint: Tint::None, ..lobe }));
+        }
+        if !lobe.tint.turns() {
+            self.tint(state, &lobe.tint, trail);
         }
         Some((meeting, lobe))
     }
@@ -402,14 +426,10 @@ impl<'a, E: Beside> Tracer<'a, E> {
         }
         let front = hit.normal.dot(state.direction) < 0.0;
         if let Some(known) = state.beside.known() {
-            known.inside = match material.interior() {
-                Some(medium) if front => known.inside.entered(medium),
-                Some(medium) => known.inside.left(medium),
-                None => known.inside,
-            };
+            known.inside = known.inside.beyond(material.interior(), front);
             known.from = hit.point;
         }
-        state.origin = ray::offset(hit.point, if front { -hit.normal } else { hit.normal }, hit.reach);
+        state.origin = ray::onward(hit.point, state.direction, hit.normal, hit.reach);
         true
     }
 

@@ -13,15 +13,17 @@ use crate::render::direct::power_heuristic;
 use crate::render::flight::{Equiangular, Flight};
 use crate::render::media;
 use crate::render::path::{
-    Beside, FIRST_PAIR, MOST_BOUNCES, MOST_SCATTERINGS, ODDS, PAIRS, ROULETTE_FROM, State, Tracer, Way, unit,
+    Beside, FIRST_PAIR, MOST_BOUNCES, MOST_SCATTERINGS, ODDS, PAIRS, ROULETTE_FROM, State, Tracer, Way,
 };
 use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
-use crate::scene::{Hit, ray};
+use crate::scene::Hit;
 
 /// Pairs of a sampler's numbers that ways through media take, four each, numbered by ways.
 const FIRST: u32 = 0x2000_0000;
 const EACH: u32 = 4;
+/// Columns from which on it goes without end, m.
+const LONG: f32 = 1e20;
 /// Notes of a path at most: light that hardly ends must not take all memory.
 const MOST_NOTES: usize = 1 << 22;
 
@@ -196,9 +198,11 @@ impl<E: Beside> Tracer<'_, E> {
         let Some((place, column)) = self.place(medium, line, all, flight, equal, places) else { return chosen_from };
         let scale = media::density(self.scene, medium, line.at(place));
         let mut density = scale * flight.density_within(column, all);
-        if let Some(equal) = equal {
-            density = 0.5 * (density + equal.density(place));
-        }
+        density = match equal {
+            Some(equal) => 0.5 * (density + equal.density(place)),
+            None if all < LONG => 0.5 * (density + scale / all),
+            None => density,
+        };
         if density > 0.0 && scale > 0.0 {
             let glance = Glance { lamp, chance, place, column, density: density / scale };
             self.look_from(medium, line, &glance, state, for_lamp, trail);
@@ -220,10 +224,17 @@ impl<E: Beside> Tracer<'_, E> {
             let column = flight.within(all, lots);
             Some((media::reach(self.scene, medium, line, column)?, column))
         };
-        let Some(equal) = equal else { return by_flight([lots[1], lots[0]]) };
+        if equal.is_none() && all >= LONG {
+            return by_flight([lots[1], lots[0]]);
+        }
         if lots[0] < 0.5 {
             return by_flight([lots[1], 2.0 * lots[0]]);
         }
+        let Some(equal) = equal else {
+            // From beyond the scene light may be as strong at the far end.
+            let column = (2.0 * lots[0] - 1.0) * all;
+            return Some((media::reach(self.scene, medium, line, column)?, column));
+        };
         let place = equal.place(2.0 * lots[0] - 1.0);
         let within = place > 0.0 && place < line.length;
         within.then(|| (place, media::column(self.scene, medium, &line.up_to(place))))
@@ -286,11 +297,7 @@ impl<E: Beside> Tracer<'_, E> {
             }
             state.weight /= odds;
         }
-        let versine = medium.phase.sample(for_turn[0]);
-        let (s, t) = ray::frame(state.direction);
-        let (b, a) = (for_turn[1] * std::f32::consts::TAU).sin_cos();
-        let sin = (versine * (2.0 - versine)).max(0.0).sqrt();
-        let direction = unit(state.direction * (1.0 - versine) + (s * a + t * b) * sin);
+        let (direction, versine) = medium.phase.turned(state.direction, for_turn);
         if let Some(known) = state.beside.known() {
             if self.polarised {
                 media::polarise(medium, state.direction, direction, &mut known.frame, trail);

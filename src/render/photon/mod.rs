@@ -9,6 +9,7 @@
 //!
 //! It cannot show what no photon reaches: scenes much larger than what is seen of them, and light of a lamp behind glass in gloss.
 
+pub mod beams;
 pub mod emit;
 pub mod gather;
 pub mod guide;
@@ -22,9 +23,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::Vec3A;
 
 use crate::material::{Lobe, Lobes};
+use crate::medium::Inside;
+use crate::medium::density::Way;
 use crate::notes::Notes;
 use crate::render::comb::Comb;
+use crate::render::flight::Rates;
 use crate::render::inks::Outline;
+use crate::render::march::steps::Steps;
 use crate::render::meeting::Meeting;
 use crate::render::method::Method;
 use crate::render::sampler::Sampler;
@@ -32,7 +37,7 @@ use crate::render::shade::{Follow, Pairs, Rest, Shade};
 use crate::render::solution::{self, Bytes, Fingerprint};
 use crate::render::stored::Stored;
 use crate::render::trail::Trail;
-use crate::render::view::{self, Seen};
+use crate::render::view::{self, Eye, Seen};
 use crate::render::wavelengths::Wavelengths;
 use crate::scene::{Hit, Scene};
 use crate::{Result, parallel};
@@ -61,6 +66,8 @@ pub struct Options {
     pub count: u32,
     /// Matt surfaces look around once, and photons are counted at what they see.
     pub gather_once: bool,
+    /// Optical depth of a step through a medium, for the lamps' own light.
+    pub step: f32,
     /// Another seed, another noise.
     pub seed: u32,
     /// Bytes at most.
@@ -75,6 +82,10 @@ pub struct PhotonMap {
     options: Options,
     maps: Maps,
     from_file: bool,
+    /// Extinction coefficients that stand for all wavelengths of each medium, 1/m.
+    sigma: Vec<Vec<f32>>,
+    /// Radius about ways within which photons in media count, in the first map.
+    beam: f32,
     /// Disks and the sum of their radii, in millionths of the scene's scale: sums that do not depend on the order.
     disks: AtomicU64,
     radii: AtomicU64,
@@ -91,6 +102,7 @@ impl PhotonMap {
     ) -> Result<PhotonMap> {
         parallel::ready();
         let Options { photons, passes, seed, memory, .. } = *options;
+        let rates: Vec<Rates> = scene.media.list.iter().map(|m| Rates::new(m, &outline, &scene.inks)).collect();
         let asked = format!("{photons} {passes} {seed}");
         let known = options.solution.as_deref().map(|p| (p, Fingerprint::of(&scene, &asked, wavelengths)));
         let (maps, from_file) = solution::kept(
@@ -99,12 +111,17 @@ impl PhotonMap {
             |b| parse(b, &scene, wavelengths.lanes()),
             || {
                 let photons = (photons / passes).max(1);
-                Plan { scene: &scene, outline: &outline, comb, wavelengths, photons, passes, seed, memory }.trace()
+                let rates = &rates;
+                Plan { scene: &scene, outline: &outline, comb, wavelengths, photons, passes, seed, memory, rates }
+                    .trace()
             },
             bytes,
         )?;
         let (disks, radii) = Default::default();
-        Ok(PhotonMap { scene, options: options.clone(), maps, from_file, disks, radii })
+        let sigma = rates.iter().map(Rates::sigma).collect();
+        let count = options.count.div_ceil(THINNED as u32) as f32;
+        let beam = maps.volumes.first().map_or(0.0, |v| beams::radius(v, count));
+        Ok(PhotonMap { scene, options: options.clone(), maps, from_file, sigma, beam, disks, radii })
     }
 
     /// Notes the light that photons bring to a side of a place: as a white matt surface would show it, times `weight`.
@@ -123,9 +140,22 @@ impl PhotonMap {
         self.radii.fetch_add((radius2.sqrt() * 1e6) as u64, Ordering::Relaxed);
     }
 
+    /// Notes what a way's medium shows of lamps and photons, and lets through.
+    fn travel(&self, inside: Inside, way: &Way, pass: usize, pairs: &mut Pairs, trail: &mut Trail) {
+        let pass = pass % self.maps.volumes.len();
+        let photons = &self.maps.volumes[pass];
+        trail.fork();
+        if !photons.is_empty() {
+            beams::note(&self.scene, photons, inside, way, self.beam * shrunk(pass).sqrt(), trail);
+        }
+        trail.branch();
+        let steps = Steps { scene: &self.scene, sigma: &self.sigma, step: self.options.step };
+        steps.march(inside, way, pairs, trail, |_, _| {});
+    }
+
     fn shade<'a>(&'a self, around: &'a Around<'a>) -> Shade<'a> {
         let follow = if self.options.gather_once { Follow::All } else { Follow::Gloss };
-        Shade { scene: &self.scene, rest: around, shadows: true, follow }
+        Shade { scene: &self.scene, rest: around, shadows: true, follow, inside: around.inside }
     }
 }
 
@@ -141,6 +171,8 @@ struct Around<'a> {
     place: Option<(&'a Hit, bool)>,
     pass: usize,
     turn: f32,
+    /// The bodies that the eye's side of it is in.
+    inside: Inside,
 }
 
 fn spot(hit: &Hit, front: bool) -> Spot {
@@ -167,7 +199,8 @@ impl Rest for Around<'_> {
         lobe.factor *= weight;
         let front = hit.normal.dot(direction) < 0.0;
         let around = Around { place: Some((hit, front)), turn: pairs.pair()[0], ..*self };
-        let shade = Shade { scene, rest: &around, shadows: true, follow: Follow::Nothing };
+        let inside = self.inside;
+        let shade = Shade { scene, rest: &around, shadows: true, follow: Follow::Nothing, inside };
         shade.lobe(&at, &lobe, pairs, trail);
     }
 }
@@ -175,13 +208,19 @@ impl Rest for Around<'_> {
 impl Method for PhotonMap {
     fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         let mut pairs = Pairs::new(sampler, FIRST_PAIR);
-        let followed = |lobe: &Lobe| lobe.kernel.is_specular();
-        view::look(&self.scene, (origin, direction), &mut pairs, trail, followed, |seen, lobe, pairs, trail| {
-            let Seen { hit, front, at } = *seen;
-            let place = Some((hit, front));
-            let around = Around { map: self, place, pass: sampler.index() as usize, turn: pairs.pair()[0] };
-            self.shade(&around).lobe(at, lobe, pairs, trail);
-        });
+        let scene = &*self.scene;
+        Eye { scene, origin, direction }.look(
+            &mut pairs,
+            trail,
+            |lobe| lobe.kernel.is_specular(),
+            |inside, way, pairs, trail| self.travel(inside, way, sampler.index() as usize, pairs, trail),
+            |seen, lobe, pairs, trail| {
+                let Seen { hit, front, at, inside } = *seen;
+                let place = Some((hit, front));
+                let around = Around { map: self, place, pass: sampler.index() as usize, turn: pairs.pair()[0], inside };
+                self.shade(&around).lobe(at, lobe, pairs, trail);
+            },
+        );
     }
 
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
@@ -189,7 +228,8 @@ impl Method for PhotonMap {
         let at = Meeting::facing(point, normal);
         let under = view::under(&self.scene, point, normal);
         let place = under.as_ref().map(|(hit, front)| (hit, *front));
-        let around = Around { map: self, place, pass: sampler.index() as usize, turn: pairs.pair()[0] };
+        let inside = self.scene.inside(point);
+        let around = Around { map: self, place, pass: sampler.index() as usize, turn: pairs.pair()[0], inside };
         let mut shade = self.shade(&around);
         if place.is_none() {
             // In mid-air no photons arrive: it looks around.
@@ -203,7 +243,7 @@ impl Method for PhotonMap {
     }
 
     fn report(&self, notes: &Notes) {
-        let kept: usize = self.maps.passes.iter().map(Vec::len).sum();
+        let kept: usize = self.maps.passes.iter().chain(&self.maps.volumes).map(Vec::len).sum();
         let disks = self.disks.load(Ordering::Relaxed).max(1);
         let radius = self.radii.load(Ordering::Relaxed) as f64 / disks as f64 / 1e6 / self.scene.frame.scale;
         notes.add(format!(
@@ -215,6 +255,12 @@ impl Method for PhotonMap {
             if self.from_file { ", taken from their file" } else { "" },
             shrunk(self.maps.passes.len() - 1).sqrt()
         ));
+        if self.beam > 0.0 {
+            let within: usize = self.maps.volumes.iter().map(Vec::len).sum();
+            let radius = f64::from(self.beam) / self.scene.frame.scale;
+            notes
+                .add(format!("{within} of them scattered in media, counted within {radius:.3} m of what the eye sees"));
+        }
         if self.maps.endless > 0 {
             notes.add(format!("{} photons were cut: light hardly ends in this scene", self.maps.endless));
         }
@@ -227,7 +273,7 @@ impl Method for PhotonMap {
 }
 
 /// Maps as bytes, little endian: paths that were cut (u32), rows (u32), each row's light (u32), rows (f32); maps (u32), for each
-/// of them and for the pilot its photons (u32) and their nine words.
+/// of them, then for each one's media, and for the pilot its photons (u32) and their nine words.
 fn bytes(maps: &Maps) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut put = |word: u32| bytes.extend_from_slice(&word.to_le_bytes());
@@ -236,7 +282,7 @@ fn bytes(maps: &Maps) -> Vec<u8> {
     maps.stored.lights.iter().copied().for_each(&mut put);
     maps.stored.data.iter().for_each(|x| put(x.to_bits()));
     put(maps.passes.len() as u32);
-    for pass in maps.passes.iter().chain([&maps.pilot]) {
+    for pass in maps.passes.iter().chain(&maps.volumes).chain([&maps.pilot]) {
         put(pass.len() as u32);
         pass.iter().flat_map(Photon::words).for_each(&mut put);
     }
@@ -252,15 +298,25 @@ fn parse(bytes: &mut Bytes, scene: &Scene, lanes: usize) -> Option<Maps> {
     if passes == 0 || lights.iter().any(|l| *l as usize >= scene.lights.len()) {
         return None;
     }
-    let mut maps = Maps { passes: Vec::new(), pilot: Vec::new(), stored: Stored { lights, lanes, data }, endless };
-    for i in 0..=passes {
+    let mut maps = Maps {
+        passes: Vec::new(),
+        volumes: Vec::new(),
+        pilot: Vec::new(),
+        stored: Stored { lights, lanes, data },
+        endless,
+    };
+    for i in 0..=passes.checked_mul(2)? {
         let photons = bytes.word()? as usize;
         let words = bytes.words(photons.checked_mul(9)?)?;
         let photons: Vec<Photon> = words.as_chunks::<9>().0.iter().map(|w| Photon::from_words(*w)).collect();
         if photons.iter().any(|p| p.row as usize >= count) {
             return None;
         }
-        if i < passes { maps.passes.push(photons) } else { maps.pilot = photons }
+        match i {
+            i if i < passes => maps.passes.push(photons),
+            i if i < 2 * passes => maps.volumes.push(photons),
+            _ => maps.pilot = photons,
+        }
     }
     Some(maps)
 }

@@ -3,15 +3,17 @@
 
 use glam::Vec3A;
 
+use crate::medium::density::Way;
+
 /// Photons that are not divided.
 const FEW: usize = 12;
 
-/// Light that arrived on a surface.
+/// Light that arrived on a surface, or scattered in a medium.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Photon {
     /// Where.
     pub place: [f32; 3],
-    /// Unit normal of the side on which it arrived.
+    /// Unit normal of the side on which it arrived; the direction from which it came to where it scattered.
     pub normal: [f32; 3],
     /// Flux, as a factor of its row.
     pub flux: f32,
@@ -94,6 +96,47 @@ pub fn within(photons: &[Photon], at: Vec3A, squared: &mut f32, f: &mut impl FnM
     }
 }
 
+/// Calls `f` with all photons within a radius of a way, how far along it each lies, and its squared distance from it.
+pub fn along(
+    photons: &[Photon],
+    way: &Way,
+    (from, to): (f32, f32),
+    radius: f32,
+    f: &mut impl FnMut(&Photon, f32, f32),
+) {
+    if from > to {
+        return;
+    }
+    let mut meet = |photon: &Photon| {
+        let off = Vec3A::from_array(photon.place) - way.origin;
+        let t = off.dot(way.direction);
+        let away = off.length_squared() - t * t;
+        if away < radius * radius && t >= 0.0 && t <= way.length {
+            f(photon, t, away);
+        }
+    };
+    if photons.len() <= FEW {
+        return photons.iter().for_each(meet);
+    }
+    let middle = photons.len() / 2;
+    let node = &photons[middle];
+    meet(node);
+    let axis = node.axis as usize;
+    let (start, speed) = (way.origin[axis] - node.place[axis], way.direction[axis]);
+    // Where the way is below the node by more than the radius no photon above it is near, and the other way round.
+    let cut = |sign: f32| {
+        let (start, speed) = (start * sign - radius, speed * sign);
+        match speed {
+            0.0 if start > 0.0 => (f32::INFINITY, f32::NEG_INFINITY),
+            0.0 => (from, to),
+            s if s > 0.0 => (from, to.min(-start / s)),
+            s => (from.max(-start / s), to),
+        }
+    };
+    along(&photons[..middle], way, cut(1.0), radius, f);
+    along(&photons[middle + 1..], way, cut(-1.0), radius, f);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -119,6 +162,23 @@ mod tests {
                 0.04
             });
             let near = |p: &&Photon| (Vec3A::from_array(p.place) - at).length_squared() < 0.04;
+            let mut want: Vec<u32> = photons.iter().filter(near).map(|p| p.row).collect();
+            found.sort_unstable();
+            want.sort_unstable();
+            assert_eq!(found, want);
+        }
+        for i in 0..50 {
+            let s = Sampler::new(i, 2, 0, 1);
+            let origin = Vec3A::new(s.pair(0)[0], s.pair(0)[1], s.pair(1)[0]) * 3.0 - 1.0;
+            let direction = if i % 5 == 0 { Vec3A::X } else { (Vec3A::splat(0.5) - origin).normalize() };
+            let way = Way { origin, direction, length: if i % 2 == 0 { f32::INFINITY } else { 0.7 } };
+            let mut found = Vec::new();
+            along(&photons, &way, (0.0, way.length), 0.1, &mut |p, _, _| found.push(p.row));
+            let near = |p: &&Photon| {
+                let off = Vec3A::from_array(p.place) - origin;
+                let t = off.dot(direction);
+                t >= 0.0 && t <= way.length && off.length_squared() - t * t < 0.1 * 0.1
+            };
             let mut want: Vec<u32> = photons.iter().filter(near).map(|p| p.row).collect();
             found.sort_unstable();
             want.sort_unstable();

@@ -29,6 +29,7 @@ use glam::Vec3A;
 
 use crate::Result;
 use crate::material::{Lobe, Lobes};
+use crate::medium::Inside;
 use crate::notes::Notes;
 use crate::render::meeting::Meeting;
 use crate::render::method::Method;
@@ -36,7 +37,7 @@ use crate::render::sampler::Sampler;
 use crate::render::shade::{Follow, Pairs, Rest, Shade};
 use crate::render::stored::Stored;
 use crate::render::trail::Trail;
-use crate::render::view::{self, Seen};
+use crate::render::view::{self, Eye, Seen};
 use crate::render::wavelengths::Wavelengths;
 use crate::scene::{Hit, Scene, ray};
 
@@ -143,20 +144,20 @@ impl Radiosity {
         ground.opening(number)(ray::offset(hit.point, normal, hit.reach), normal)
     }
 
-    fn shade<'a>(&'a self, around: &'a Around<'a>) -> Shade<'a> {
+    fn shade<'a>(&'a self, around: &'a Around<'a>, inside: Inside) -> Shade<'a> {
         let follow = if self.show == Show::Gather { Follow::All } else { Follow::Gloss };
-        Shade { scene: &self.scene, rest: around, shadows: true, follow }
+        Shade { scene: &self.scene, rest: around, shadows: true, follow, inside }
     }
 
     /// A lobe of a place.
     fn lobe(&self, seen: &Seen, lobe: &Lobe, pairs: &mut Pairs, trail: &mut Trail) {
-        let Seen { hit, front, at } = *seen;
+        let Seen { hit, front, at, inside } = *seen;
         if self.show == Show::Mesh && lobe.kernel.is_matt() {
             trail.tint(&lobe.tint);
             return self.take(hit, front != lobe.kernel.transmits(), true, lobe.factor, trail);
         }
         let around = Around { radiosity: self, place: Some((hit, front)) };
-        self.shade(&around).lobe(at, lobe, pairs, trail);
+        self.shade(&around, inside).lobe(at, lobe, pairs, trail);
     }
 }
 
@@ -192,23 +193,28 @@ impl Rest for Around<'_> {
 impl Method for Radiosity {
     fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         let mut pairs = Pairs::new(sampler, FIRST_PAIR);
-        let followed = |lobe: &Lobe| lobe.kernel.is_specular();
-        view::look(&self.scene, (origin, direction), &mut pairs, trail, followed, |seen, lobe, pairs, trail| {
-            self.lobe(seen, lobe, pairs, trail);
-        });
+        let scene = &*self.scene;
+        Eye { scene, origin, direction }.look(
+            &mut pairs,
+            trail,
+            |lobe| lobe.kernel.is_specular(),
+            |inside, way, pairs, trail| view::dim(scene, inside, way, pairs, trail),
+            |seen, lobe, pairs, trail| self.lobe(seen, lobe, pairs, trail),
+        );
     }
 
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         let mut pairs = Pairs::new(sampler, FIRST_PAIR);
         let at = Meeting::facing(point, normal);
+        let inside = self.scene.inside(point);
         match view::under(&self.scene, point, normal).filter(|_| self.show != Show::Gather) {
             Some((hit, front)) => {
-                self.lobe(&Seen { hit: &hit, front, at: &at }, &Lobe::WHITE, &mut pairs, trail);
+                self.lobe(&Seen { hit: &hit, front, at: &at, inside }, &Lobe::WHITE, &mut pairs, trail);
             }
             None => {
                 // In mid-air there are no elements: it looks around.
                 let around = Around { radiosity: self, place: None };
-                let shade = Shade { follow: Follow::All, ..self.shade(&around) };
+                let shade = Shade { follow: Follow::All, ..self.shade(&around, inside) };
                 shade.lobe(&at, &Lobe::WHITE, &mut pairs, trail);
             }
         }

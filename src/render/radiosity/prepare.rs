@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::material::Lobe;
+use crate::medium::Inside;
 use crate::render::meeting::Meeting;
 use crate::render::radiosity::cover::{self, Cover, Ground, Reached};
 use crate::render::radiosity::divide;
@@ -167,7 +168,13 @@ impl Workshop<'_> {
 
     /// The mean of the lamps' light on some places of an element, a row a light of the scene.
     fn look(&self, number: u32, places: impl Iterator<Item = Meeting>, sums: &mut [f32]) {
-        let shade = Shade { scene: self.scene, rest: &LampsAlone, shadows: true, follow: Follow::Nothing };
+        let shade = Shade {
+            scene: self.scene,
+            rest: &LampsAlone,
+            shadows: true,
+            follow: Follow::Nothing,
+            inside: Inside::default(),
+        };
         let mut trail = Trail::default();
         trail.fork();
         let mut looks = 0;

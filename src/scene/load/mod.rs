@@ -39,6 +39,8 @@ pub struct Materials {
     pub srgb: [Spectrum; 3],
     /// The media of the file, in order.
     pub media: Vec<Medium>,
+    /// Metres in one of the file's lengths.
+    pub unit_m: f64,
 }
 
 /// Reads the materials and media of a scene file.
@@ -50,7 +52,7 @@ pub fn materials(path: &Path) -> Result<Materials> {
         let metres = unit(&mut keys)?;
         let (media, mut interiors, _) = read_media(&mut keys, folder, metres, &mut inks)?;
         let materials = materials::read_all(keys.tables("materials")?, folder, metres, &mut inks, &mut interiors)?;
-        Ok(Materials { materials, inks, srgb: Uplift::new()?.basis().clone(), media })
+        Ok(Materials { materials, inks, srgb: Uplift::new()?.basis().clone(), media, unit_m: metres })
     };
     read().map_err(|e: Error| e.in_file(path))
 }
@@ -127,7 +129,8 @@ fn read_media(keys: &mut Keys, folder: &Path, metres: f64, inks: &mut Vec<Ink>) 
     let mut context = medium::read::Context { folder, metres, inks, glows: &mut glows };
     let media = medium::read::read_all(keys.tables("media")?, &mut context)?;
     let names = media.iter().map(|m| m.name.clone()).collect();
-    Ok((media, Interiors { names, bodies: Vec::new() }, glows))
+    let reduced = media.iter().map(|m| m.reduced(inks)).collect();
+    Ok((media, Interiors { names, reduced, bodies: Vec::new() }, glows))
 }
 
 /// Number of the medium that fills all space.

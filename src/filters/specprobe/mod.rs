@@ -1,4 +1,4 @@
-//! specprobe: one material by itself, as a gonioreflectometer sees it.
+//! specprobe: one material or medium by itself, as a gonioreflectometer sees it.
 //!
 //! For each angle and wavelength a line: angle, wavelength, reflectance, transmittance, directional-hemispherical (by
 //! reciprocity the share of light that falls in at that angle and goes back, or through). With `--pairs` each line of
@@ -9,6 +9,8 @@
 //! go no one way); with `--pairs` too, of the scattering function, a line a wavelength. Their frames have x along (direction that
 //! light goes to) x normal, with pairs x (direction that it comes from), the same before and after; +U lies counter-clockwise from +Q and V > 0 is clockwise, as the receiver
 //! sees it.
+
+mod medium;
 
 use std::io::{BufRead, Write};
 use std::path::PathBuf;
@@ -38,6 +40,18 @@ pub struct Specprobe {
     /// Name of the material
     #[arg(long, short, value_name = "NAME", default_value = "")]
     pub material: String,
+    /// Name of a medium instead: its coefficients, and its phase function at the angles
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["material", "back", "pairs"], help_heading = "Media")]
+    pub medium: Option<String>,
+    /// A slab of it, so thick, in the scene's lengths, or inf: reflectance and transmittance
+    #[arg(long, value_name = "LENGTH", requires = "medium", conflicts_with = "mueller", help_heading = "Media")]
+    pub thickness: Option<f64>,
+    /// Index of refraction of the slab's smooth surfaces, inside over outside
+    #[arg(long, value_name = "N", default_value_t = 1.0, requires = "medium", help_heading = "Media")]
+    pub index: f64,
+    /// The dipole's light at these distances from where light goes in, in the scene's lengths
+    #[arg(long, value_name = "LIST", requires = "medium", conflicts_with_all = ["thickness", "mueller"], help_heading = "Media")]
+    pub radii: Option<Numbers>,
     /// Angles from the normal, degrees
     #[arg(long, value_name = "LIST", default_value = "0,10,20,30,40,50,60,70,80,85")]
     pub angles: Numbers,
@@ -134,17 +148,23 @@ fn wrong<T>(line: usize, text: &str) -> Result<T> {
 
 impl Filter for Specprobe {
     const NAME: &'static str = "specprobe";
-    const ABOUT: &'static str = "Measure one material: reflectance and transmittance at angles and wavelengths, scattering function, Mueller matrices";
-    const EXAMPLE: &'static str = "specprobe scenes/materials.toml --material gold --angles 0,45,80 --wavelengths 450,550,650\necho '30 0 30 180' | specprobe scenes/materials.toml --material satin --pairs";
+    const ABOUT: &'static str = "Measure one material, medium or slab: reflectance and transmittance at angles and wavelengths, scattering and phase function, Mueller matrices";
+    const EXAMPLE: &'static str = "specprobe scenes/materials.toml --material gold --angles 0,45,80 --wavelengths 450,550,650\necho '30 0 30 180' | specprobe scenes/materials.toml --material satin --pairs\nspecprobe scenes/marble.toml --medium marble --thickness inf --index 1.5";
     const READS: bool = false;
 
     fn start(self, _: Option<Box<dyn Picture>>, _: &Run) -> Result<Product> {
         let path = self.scene.clone().ok_or_else(|| Error::Usage("expected a scene file".into()))?;
         let right = |x: &f64| (0.0..90.0).contains(x);
-        if !self.angles.0.iter().all(right) {
+        if self.medium.is_none() && !self.angles.0.iter().all(right) {
             return usage!("--angles: from 0 to below 90 degrees");
         }
-        let Materials { materials, inks, srgb, .. } = load::materials(&path)?;
+        let Materials { materials, inks, srgb, media, unit_m } = load::materials(&path)?;
+        if let Some(name) = self.medium.clone() {
+            let Some(medium) = media.into_iter().find(|m| m.name == name) else {
+                return usage!("--medium '{}': the scene has no such medium", printable(name.as_bytes()));
+            };
+            return medium::measure(self, medium, inks, unit_m);
+        }
         let Some((_, material)) = materials.iter().find(|m| m.0 == self.material).cloned() else {
             let names: Vec<&str> = materials.iter().map(|m| m.0.as_str()).collect();
             let name = printable(self.material.as_bytes());
