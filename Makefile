@@ -9,7 +9,7 @@ FUZZ_TARGETS := $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
 FUZZ_SECONDS ?= 60
 FUZZ_LIMITS := -rss_limit_mb=512 -timeout=10 -max_len=65536
 
-.PHONY: all demo test lint fuzz bench bench-rays bench-render bench-methods bench-effects mesh accuracy man paper-colour paper-encodings paper-tone intents install clean
+.PHONY: all demo test lint fuzz bench bench-rays bench-render bench-methods bench-effects bench-media mesh accuracy man paper-colour paper-encodings paper-tone intents install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -48,7 +48,7 @@ bench:
 bench-rays:
 	$(CARGO) bench --locked --bench rays
 
-# spectrace beside the Mitsuba of MITSUBA_PYTHON (docs/performance.md); PART=cornell, mesh, bands or cost for one part.
+# spectrace beside the Mitsuba of MITSUBA_PYTHON (docs/performance.md); PART=cornell, mesh, fog, bands or cost for one part.
 bench-render:
 	$(CARGO) bench --locked --bench render -- $(PART)
 
@@ -61,6 +61,16 @@ bench-methods: all
 # What polarization, fluorescence and dispersion cost; EFFECTS_BEFORE=PROGRAM counts scenes without any beside an earlier spectrace.
 bench-effects: all
 	$(CARGO) bench --locked --bench effects
+
+# The solvers of Eq. (2), error beside time; the march's steps; the dipole beside transport. PART=fog, steps or dipole for one.
+bench-media: all
+	$(CARGO) bench --locked --bench media -- $(PART)
+	target/release/pplot --chart docs/media.csv --x seconds --y error_percent --by method --log \
+		--title "A cube of fog by four solvers" --labels "seconds,mean absolute error of pixels in %" docs/media.svg
+	target/release/pplot --chart docs/media-steps.csv --x step --y error_percent --by case --log \
+		--title "Marching: single scattering in a slab" --labels "optical depth of a step,error in %" docs/media-steps.svg
+	target/release/pplot --chart docs/media-dipole.csv --x reduced_albedo --y error_percent --by medium \
+		--title "The dipole against transport" --labels "reduced albedo,error in %" docs/media-dipole.svg
 
 # The meshes of scenes/mesh.toml, 211,722 triangles from formulas, into out/mesh.
 mesh:

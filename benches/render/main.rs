@@ -1,7 +1,7 @@
 //! spectrace beside Mitsuba 3 in one run, on two threads each, at 128 x 128 pixels: errors at equal time, noise of 80 bands at
 //! equal time, and what more bands cost.
 //!
-//! `make bench-render`, or one part: `cargo bench --bench render -- cornell` (or mesh, bands, cost). The peer is the Mitsuba of the
+//! `make bench-render`, or one part: `cargo bench --bench render -- cornell` (or mesh, fog, bands, cost). The peer is the Mitsuba of the
 //! Python that MITSUBA_PYTHON names; docs/performance.md says how to get one that works. Time is CPU seconds of all threads, so
 //! that what else runs on the machine counts for neither: ten seconds on two processors are 20. Ours are counted whole,
 //! Mitsuba's without loading the scene and compiling its kernels. The long renders that errors are measured against stay
@@ -29,7 +29,14 @@ const PARTS: u32 = 8;
 /// Samples a pixel of each.
 const SAMPLES: u32 = 256;
 /// Paths a pixel in one of Mitsuba's chunks, by sampler: stratified ones gain from large chunks.
-const SAMPLERS: [(&str, u32); 2] = [("independent", 32), ("multijitter", 144)];
+const SAMPLERS: [(&str, &str); 2] =
+    [("independent", "--sampler independent --spp 32"), ("multijitter", "--sampler multijitter --spp 144")];
+/// The same in fog, where the scalar variant is the faster one.
+const IN_FOG: [(&str, &str); 3] = [
+    ("independent", "--sampler independent --spp 16"),
+    ("multijitter", "--sampler multijitter --spp 16"),
+    ("scalar", "--variant scalar_spectral --sampler independent --spp 4"),
+];
 
 fn main() -> std::io::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -51,6 +58,9 @@ fn main() -> std::io::Result<()> {
     if wanted("mesh") {
         shapes::write(&shapes::meshes(&programs.root.join("scenes/mesh"))?, &programs.root.join("out/mesh"))?;
         at_equal_time(&programs, "mesh")?;
+    }
+    if wanted("fog") {
+        at_equal_time(&programs, "fogbox")?;
     }
     if wanted("bands") {
         bands(&programs)?;
@@ -84,8 +94,9 @@ fn at_equal_time(programs: &Programs, scene: &str) -> std::io::Result<()> {
     row(&format!("{scene}: ours, {samples} samples, CPU s"), ours.cpu, None, false);
     row(&format!("{scene}: ours, mean Delta E 2000"), errors.delta_e, Some(1.0), false);
     row(&format!("{scene}: ours, relative RMSE of Y"), errors.relative_rmse, None, false);
-    for (sampler, spp) in SAMPLERS {
-        let Some(peer) = programs.peer(scene, cpu, &format!("--sampler {sampler} --spp {spp}")) else {
+    let samplers: &[(&str, &str)] = if scene == "fogbox" { &IN_FOG } else { &SAMPLERS };
+    for (sampler, options) in samplers {
+        let Some(peer) = programs.peer(scene, cpu, options) else {
             println!("{scene}: Mitsuba {sampler} skipped");
             continue;
         };

@@ -2,7 +2,7 @@
 """Renders one of our scenes with Mitsuba 3: mitsuba_scene.py SCENE OUT [options]; `make bench-render` calls it.
 
 Reads the scene's TOML and the tables of spectra/ as luxpipe does, for what the benchmark's scenes use: perspective cameras,
-quads, spheres and PLY meshes, diffuse materials, lights by luminance or radiance, wavelengths from 380 to 780 nm. OUT gets
+quads, spheres, PLY meshes and boxes of a medium, diffuse materials, lights by luminance or radiance, wavelengths from 380 to 780 nm. OUT gets
 raw float32, chunk after chunk, [row][column][channel]: XYZ in cd/m2, or with --bands that many bands, the short end first.
 A chunk is rendered and dropped before the clock starts, so that neither the scene nor the compiler counts; chunks with new
 seeds follow until --cpu seconds of all threads together have passed. Standard output gets one line: chunks, channels, paths a
@@ -74,7 +74,15 @@ def light(keys, folder):
     return {"type": "area", "radiance": plugin(spec, scale)}
 
 
+def medium(keys, folder):
+    """A homogeneous isotropic one by extinction and albedo."""
+    grid = lambda spec: plugin(spectrum(spec, folder))
+    return {"type": "homogeneous", "sigma_t": grid(keys["extinction"]), "albedo": grid(keys["albedo"]), "phase": {"type": "isotropic"}}
+
+
 def material(keys, folder):
+    if keys.get("type") == "boundary":
+        return {"type": "null"}
     diffuse = {"type": "diffuse", "reflectance": plugin(spectrum(keys.get("reflectance", 0.0), folder))}
     return {"type": "twosided", "bsdf": diffuse} if keys.get("two_sided", True) else diffuse
 
@@ -92,6 +100,12 @@ def shape(keys, number, folder, scratch):
                 "flip_normals": keys.get("inward", False)}
     if keys["type"] == "mesh":
         return {"type": "ply", "filename": str(folder / keys["file"]), "face_normals": True}
+    if keys["type"] == "box":
+        import mitsuba as mi
+
+        low, high = np.array(keys["min"], float), np.array(keys["max"], float)
+        to = mi.ScalarTransform4f().translate(list((low + high) / 2)).scale(list((high - low) / 2))
+        return {"type": "cube", "to_world": to}
     if keys["type"] != "quad":
         sys.exit(f"shape {keys['type']!r}: not of the benchmark")
     path = scratch / f"{number}.ply"
@@ -116,13 +130,17 @@ def scene(mi, path, options, scratch):
     look = mi.ScalarTransform4f().look_at(camera["origin"], camera["target"], camera["up"])
     whole = {
         "type": "scene",
-        "integrator": {"type": "path", "max_depth": -1, "rr_depth": 8},
+        "integrator": {"type": "path", "max_depth": -1, "rr_depth": 8} if "media" not in keys
+        else {"type": "volpathmis", "max_depth": -1, "rr_depth": 16},
         "sensor": {"type": "perspective", "fov": camera["fov_deg"], "fov_axis": "x", "to_world": look,
                    "film": film(options.size, options.bands), "sampler": {"type": options.sampler, "sample_count": options.spp}},
     }
     for number, s in enumerate(keys["shape"]):
         made = shape(s, number, folder, scratch)
-        made["bsdf"] = material(keys["materials"][s["material"]], folder)
+        bsdf = keys["materials"][s["material"]]
+        made["bsdf"] = material(bsdf, folder)
+        if "interior" in bsdf:
+            made["interior"] = medium(keys["media"][bsdf["interior"]], folder)
         if "light" in s:
             made["emitter"] = light(keys["lights"][s["light"]], folder)
         whole[f"shape{number}"] = made
@@ -146,7 +164,10 @@ def main():
 
     mi.set_variant(options.variant)
     mi.set_log_level(mi.LogLevel.Error)
-    drjit.set_thread_count(options.threads)
+    if options.variant.startswith("llvm"):
+        drjit.set_thread_count(options.threads)
+    else:
+        mi.Thread.set_thread_count(options.threads) if hasattr(mi.Thread, "set_thread_count") else None
     with tempfile.TemporaryDirectory() as scratch:
         loaded = scene(mi, options.scene.resolve(), options, Path(scratch))
     render = lambda seed: np.array(mi.render(loaded, spp=options.spp, seed=seed), np.float32)

@@ -273,6 +273,9 @@ impl Spectrace {
         if self.quantity == Quantity::Stokes {
             return usage!("--output stokes goes with --method path; {method} knows nothing of polarization");
         }
+        if self.method == Solver::Radiosity && scene.materials.iter().any(|m| m.is_void()) {
+            return usage!("--method radiosity stops light at the boundaries of media; take --method zonal");
+        }
         let photon = self.method == Solver::Photon;
         let media = photon || matches!(self.method, Solver::March | Solver::Zonal);
         let out = [

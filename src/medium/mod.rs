@@ -106,6 +106,12 @@ impl Media {
         self.list.is_empty()
     }
 
+    /// Number of a medium of the list.
+    #[inline]
+    pub fn number(&self, medium: &Medium) -> u32 {
+        self.list.iter().position(|m| std::ptr::eq(m, medium)).unwrap_or(0) as u32
+    }
+
     /// Any scatters light.
     pub fn scatter(&self) -> bool {
         self.list.iter().any(|m| m.scattering.is_some())

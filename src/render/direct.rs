@@ -8,7 +8,10 @@ use crate::render::meeting::Meeting;
 use crate::render::plane;
 use crate::render::trail::Trail;
 use crate::scene::light::{Aim, Lamp};
-use crate::scene::{Scene, ray};
+use crate::scene::{Hit, Scene, ray};
+
+/// Panes that are looked through at most.
+const MOST_PANES: usize = 64;
 
 /// A scene's lamps.
 #[derive(Clone, Copy)]
@@ -167,7 +170,6 @@ impl Direct<'_> {
         mut bodies: Option<&mut Bodies>,
         trail: &mut Trail,
     ) -> Option<f32> {
-        const MOST_PANES: usize = 64;
         let mut share = 1.0;
         for _ in 0..MOST_PANES {
             if self.is_open(from, lamp, aim) {
@@ -176,30 +178,76 @@ impl Direct<'_> {
             let Some(hit) = self.scene.geometry.closest(from, aim.direction) else {
                 return Some(share * self.open_way(lamp, aim, frame, bodies, trail));
             };
-            let material = &self.scene.materials[hit.surface.material as usize];
-            if !material.is_clear() {
-                return None;
-            }
-            if let Some(bodies) = &mut bodies {
-                share *= media::dim(self.scene, bodies, aim.direction, Some(hit.point), trail);
-                bodies.from = hit.point;
-            }
-            let (meeting, lobes) = Meeting::with_lobes(self.scene, &hit, aim.direction);
-            let lobe = lobes.iter().find(|l| l.kernel.is_straight())?;
-            trail.tint(&lobe.tint);
-            if let Some(frame) = &mut frame {
-                if lobe.polar.is_none() {
-                    trail.depolarise();
-                }
-                plane::follow(&meeting, lobe, -meeting.out, frame, trail);
-            }
-            if let Some(bodies) = &mut bodies {
-                bodies.inside = meeting.beyond(bodies.inside);
-            }
-            share *= lobe.factor;
-            from = ray::onward(hit.point, aim.direction, hit.normal, hit.reach);
+            let (left, next) = self.pane(&hit, aim.direction, &mut frame, bodies.as_deref_mut(), trail)?;
+            (share, from) = (share * left, next);
         }
         None
+    }
+
+    /// What is met along a direction, through panes: a lamp's surface, or nothing (what lies beyond the scene); `None` where it is opaque.
+    /// Notes what is on the way, and gives what that leaves of all wavelengths alike.
+    pub fn along(
+        &self,
+        mut from: Vec3A,
+        direction: Vec3A,
+        frame: &mut Option<Vec3A>,
+        mut bodies: Option<&mut Bodies>,
+        trail: &mut Trail,
+    ) -> Option<(Option<Hit>, f32)> {
+        let mut share = 1.0;
+        for _ in 0..MOST_PANES {
+            let hit = self.scene.geometry.closest(from, direction);
+            let lamp = hit.filter(|h| h.surface.emitter.is_some() && h.normal.dot(direction) < 0.0);
+            if hit.is_none() || lamp.is_some() {
+                if let Some(bodies) = bodies {
+                    share *= media::dim(self.scene, bodies, direction, lamp.map(|h| h.point), trail);
+                }
+                return Some((lamp, share));
+            }
+            let (left, next) = self.pane(&hit?, direction, frame, bodies.as_deref_mut(), trail)?;
+            (share, from) = (share * left, next);
+        }
+        None
+    }
+
+    /// Notes what the way to a pane and the pane itself do to light; what both leave of all wavelengths alike, and where the way goes on.
+    /// `None` where it is opaque.
+    fn pane(
+        &self,
+        hit: &Hit,
+        direction: Vec3A,
+        frame: &mut Option<Vec3A>,
+        mut bodies: Option<&mut Bodies>,
+        trail: &mut Trail,
+    ) -> Option<(f32, Vec3A)> {
+        let material = &self.scene.materials[hit.surface.material as usize];
+        if !material.is_clear() {
+            return None;
+        }
+        let mut share = 1.0;
+        if let Some(bodies) = &mut bodies {
+            share *= media::dim(self.scene, bodies, direction, Some(hit.point), trail);
+            bodies.from = hit.point;
+        }
+        let next = ray::onward(hit.point, direction, hit.normal, hit.reach);
+        if material.is_void() {
+            let front = hit.normal.dot(direction) < 0.0;
+            bodies.into_iter().for_each(|b| b.inside = b.inside.beyond(material.interior(), front));
+            return Some((share, next));
+        }
+        let (meeting, lobes) = Meeting::with_lobes(self.scene, hit, direction);
+        let lobe = lobes.iter().find(|l| l.kernel.is_straight())?;
+        trail.tint(&lobe.tint);
+        if let Some(frame) = frame {
+            if lobe.polar.is_none() {
+                trail.depolarise();
+            }
+            plane::follow(&meeting, lobe, -meeting.out, frame, trail);
+        }
+        if let Some(bodies) = bodies {
+            bodies.inside = meeting.beyond(bodies.inside);
+        }
+        Some((share * lobe.factor, next))
     }
 }
 

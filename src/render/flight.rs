@@ -145,6 +145,12 @@ impl Flight<'_> {
         )
     }
 
+    /// The smallest rate that counts, 1/m; above 0.
+    pub fn least(&self) -> f32 {
+        let counts = self.each().filter(|(_, share)| *share > 0.02);
+        counts.fold(self.rates.most, |a, (s, _)| a.min(s)).max(1e-30)
+    }
+
     /// Null collisions: the rate chosen, over that of the densest wavelength.
     pub fn chosen(&self, lot: f32) -> f32 {
         self.choose(lot)

@@ -116,6 +116,11 @@ impl Trail {
         }
     }
 
+    /// Notes `count` tints again that stand from number `from` on: for another light on the same way.
+    pub fn repeat(&mut self, from: usize, count: usize) {
+        self.steps.extend_from_within(from..from + count);
+    }
+
     /// Stored light joins, with a weight.
     #[inline]
     pub fn stored(&mut self, row: u32, weight: f32) {

@@ -145,16 +145,14 @@ fn half_spaces(t: &toml::Table) -> Case {
     let (mu, h) = (list(t, id, "mu"), rows(t, id, "H"));
     let (mut scenes, mut values) = (Vec::new(), Vec::new());
     for (albedo, h) in list(t, id, "albedo").into_iter().zip(&h).filter(|a| a.0 < 1.0) {
-        for from in [1, 4, 7] {
-            let mu0 = mu[from];
-            scenes
-                .push((format!("{}{}", layer(&format!("extinction = 5\nalbedo = {albedo}"), 10.0), sun(mu0)), NO_END));
-            for to in [2, 7] {
-                let k = albedo / (4.0 * PI) * mu0 / (mu[to] + mu0);
-                let (want, tolerance) = (k * h[from] * h[to], 5e-4 * k * (h[from] + h[to]));
-                let label = format!("albedo {albedo}, from {mu0} to {}", mu[to]);
-                values.push(value(label, scenes.len() - 1, ray(mu[to], false, 10.0), want, tolerance));
-            }
+        for (from, to) in [(1, 2), (4, 7)] {
+            let (mu0, mu) = (mu[from], mu[to]);
+            let medium = layer(&format!("extinction = 5\nalbedo = {albedo}"), 10.0);
+            scenes.push((format!("{medium}{}", sun(mu0)), NO_END));
+            let k = albedo / (4.0 * PI) * mu0 / (mu + mu0);
+            let (want, tolerance) = (k * h[from] * h[to], 5e-4 * k * (h[from] + h[to]));
+            let label = format!("albedo {albedo}, from {mu0} to {mu}");
+            values.push(value(label, scenes.len() - 1, ray(mu, false, 10.0), want, tolerance));
         }
     }
     Case { id: id.into(), scenes, values }

@@ -75,9 +75,8 @@ impl March {
         let steps = Steps { scene: &self.scene, sigma: &self.sigma, step: self.step };
         let count = steps.march(inside, way, pairs, trail, |step, trail| {
             let Some(Solution { zones, stored, .. }) = &self.zonal else { return };
-            let number = self.scene.media.list.iter().position(|m| std::ptr::eq(m, step.medium));
             let lights = stored.lights.len() as u32;
-            for (zone, share) in zones.around(step.place, number.map_or(NONE, |n| n as u32)) {
+            for (zone, share) in zones.around(step.place, self.scene.media.number(step.medium)) {
                 for light in 0..lights {
                     trail.stored((zones.len() as u32 + zone) * lights + light, step.weight * share);
                 }

@@ -20,7 +20,7 @@ use crate::scene::light::Lamp;
 /// Steps of a way at most.
 const MOST_STEPS: usize = 4096;
 /// Wavelengths of which less is left count no more.
-const SEEN: f32 = 1e-4;
+const SEEN: f32 = 1e-7;
 /// So many lamps are all looked at; of more, one by lot.
 const FEW_LAMPS: usize = 8;
 
@@ -108,8 +108,7 @@ impl<'a> Steps<'a> {
 
     /// The end of the step that begins at `t`, and the column up to it.
     fn next(&self, medium: &Medium, way: &Way, t: f32, column: f32, all: f32) -> Option<(f32, f32)> {
-        let number = self.scene.media.list.iter().position(|m| std::ptr::eq(m, medium))?;
-        let seen = self.sigma[number].iter().filter(|s| (-**s * column).exp() > SEEN);
+        let seen = self.sigma[self.scene.media.number(medium) as usize].iter().filter(|s| (-**s * column).exp() > SEEN);
         let sigma = seen.fold(0.0f32, |a, b| a.max(*b));
         if sigma <= 0.0 {
             return None;

@@ -101,13 +101,13 @@ impl Zones {
             let place = corner + Vec3A::new(a, b, c) * self.edge;
             let inside = scene.inside(place);
             let Some(medium) = scene.media.current(inside) else { continue };
-            let Some(number) = scene.media.list.iter().position(|m| std::ptr::eq(m, medium)) else { continue };
+            let number = scene.media.number(medium);
             if medium.scattering.is_none() && medium.glow.is_none() {
                 continue;
             }
-            match found.iter_mut().find(|f| f.0 == number as u32) {
+            match found.iter_mut().find(|f| f.0 == number) {
                 Some(f) => f.1.push(place),
-                None => found.push((number as u32, vec![place])),
+                None => found.push((number, vec![place])),
             }
         }
         // Of several media the one that has the most of it.
@@ -179,12 +179,12 @@ impl Zones {
     /// Has each part of a way visited: its zone (or [`NONE`]) and its column in metres.
     pub fn walk(&self, scene: &Scene, inside: Inside, way: &Way, mut visit: impl FnMut(u32, u32, f32)) {
         let Some(medium) = scene.media.current(inside) else { return };
-        let Some(number) = scene.media.list.iter().position(|m| std::ptr::eq(m, medium)) else { return };
+        let number = scene.media.number(medium);
         let (mut t, mut before) = (0.0f32, 0.0f32);
         let mut part = |zone: u32, to: f32| {
             let column = media::column(scene, medium, &way.up_to(to));
             if column > before {
-                visit(zone, number as u32, column - before);
+                visit(zone, number, column - before);
                 before = column;
             }
         };

@@ -70,8 +70,9 @@ pub struct PathTracing {
     options: Options,
     comb: Comb,
     polarised: bool,
-    /// Of each medium.
+    /// Of each medium, and the share of looks at lamps from it that follow its phase function.
     rates: Vec<Rates>,
+    by_phase: Vec<f32>,
     /// Of each body that is one, by number.
     dipoles: Vec<(u32, Dipoles)>,
     /// A place, and the bodies that it is in: the camera's.
@@ -84,10 +85,22 @@ impl PathTracing {
     /// Of a scene whose spectra have this outline, for these wavelengths; with Stokes vectors or without.
     pub fn new(scene: Arc<Scene>, outline: Outline, options: Options, comb: Comb, polarised: bool) -> PathTracing {
         let rates = scene.media.list.iter().map(|m| Rates::new(m, &outline, &scene.inks)).collect();
+        let by_phase = scene.media.list.iter().map(|m| volume::by_phase(&scene, m)).collect();
         let dipoles = (0..scene.inks.len() as u32).filter_map(|i| Some((i, Dipoles::new(&outline, i)?))).collect();
         let place = scene.camera.as_ref().and_then(|c| c.ray(0.5, 0.5, [0.5; 2])).map(|r| r.0);
         let eye = place.map(|p| (p, scene.inside(p)));
-        PathTracing { scene, outline, options, comb, polarised, rates, dipoles, eye, endless: AtomicU64::new(0) }
+        PathTracing {
+            scene,
+            outline,
+            options,
+            comb,
+            polarised,
+            rates,
+            by_phase,
+            dipoles,
+            eye,
+            endless: AtomicU64::new(0),
+        }
     }
 
     fn has_effects(&self) -> bool {
@@ -97,7 +110,8 @@ impl PathTracing {
     fn tracer<E: Beside>(&self) -> Tracer<'_, E> {
         let PathTracing { scene, outline, options: Options { max_bounces, split }, comb, .. } = self;
         let (max_bounces, split, polarised) = (*max_bounces, *split, self.polarised);
-        let (rates, dipoles, eye, endless) = (&self.rates, &self.dipoles, self.eye, &self.endless);
+        let (rates, by_phase, dipoles) = (&self.rates, &self.by_phase, &self.dipoles);
+        let (eye, endless) = (self.eye, &self.endless);
         Tracer {
             scene,
             outline,
@@ -106,6 +120,7 @@ impl PathTracing {
             comb,
             polarised,
             rates,
+            by_phase,
             dipoles,
             eye,
             endless,
@@ -151,6 +166,7 @@ struct Tracer<'a, E> {
     comb: &'a Comb,
     polarised: bool,
     rates: &'a [Rates],
+    by_phase: &'a [f32],
     dipoles: &'a [(u32, Dipoles)],
     eye: Option<(Vec3A, Inside)>,
     endless: &'a AtomicU64,
@@ -234,8 +250,8 @@ enum Way {
     Straight,
     /// By a lobe with a density, 1/sr, where lamps were aimed at too.
     Lobe { pdf: f32, from: Vec3A, normal: Vec3A },
-    /// Scattered at a place, the lamps aimed at chosen from another.
-    Scattered { pdf: f32, from: Vec3A, chosen_from: Vec3A },
+    /// Scattered: lamps that lie there have been found from the way before.
+    Scattered,
 }
 
 impl<'a, E: Beside> Tracer<'a, E> {
@@ -439,9 +455,7 @@ impl<'a, E: Beside> Tracer<'a, E> {
     }
 
     fn rates(&self, medium: &Medium) -> &Rates {
-        // The medium is one of the list's own.
-        let number = self.scene.media.list.iter().position(|m| std::ptr::eq(m, medium)).unwrap_or(0);
-        &self.rates[number]
+        &self.rates[self.scene.media.number(medium) as usize]
     }
 
     /// Asks the lamps through a lobe and leaves the surface along it; false where the path ends by lot or has nowhere to go.
@@ -534,7 +548,9 @@ impl<'a, E: Beside> Tracer<'a, E> {
     fn meet(&self, lamp: usize, hit: &Hit, state: &State<E>, trail: &mut Trail) {
         let Lamp::Area(emitter) = &self.scene.lamps[lamp] else { return };
         let weight = self.against(lamp, state, |from| emitter.pdf(from, hit.point, hit.normal));
-        trail.light(&emitter.emission(-hit.normal.dot(state.direction)), weight * state.weight, 0);
+        if weight > 0.0 {
+            trail.light(&emitter.emission(-hit.normal.dot(state.direction)), weight * state.weight, 0);
+        }
     }
 
     /// Weight of a way that found a lamp which could have been aimed at, with a density of directions there from a place.
@@ -543,13 +559,16 @@ impl<'a, E: Beside> Tracer<'a, E> {
         let (pdf, from, chance) = match state.way {
             Way::Straight => return 1.0,
             Way::Lobe { pdf, from, normal } => (pdf, from, self.scene.tree.chance(lamp, from, Some(normal))),
-            Way::Scattered { pdf, from, chosen_from } => (pdf, from, self.scene.tree.chance(lamp, chosen_from, None)),
+            Way::Scattered => return 0.0,
         };
         power_heuristic(pdf, if chance > 0.0 { density(from) * chance } else { 0.0 })
     }
 
     /// A path left the scene: what lies beyond.
     fn leave(&self, state: &mut State<E>, trail: &mut Trail) {
+        if matches!(state.way, Way::Scattered) {
+            return;
+        }
         for lamp in self.scene.tree.distant() {
             let Some((emission, pdf)) = self.scene.lamps[lamp].beyond(state.direction) else { continue };
             let before = trail.len();

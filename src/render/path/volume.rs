@@ -2,28 +2,30 @@
 //!
 //! On each way the lamps are looked at from one place, drawn by how far light flies or by the angle at which the lamp sees it
 //! (equiangular), both weighed by the density of either; so that a medium as thin as air shows its beams without waiting for a
-//! collision. Apart from that the path itself flies on or scatters by lot. Where it has scattered both find lamps, by power heuristics.
+//! collision. From there a lamp is aimed at, or a direction in which light would scatter followed to one, weighed alike. Apart from that
+//! the path itself flies on or scatters by lot; lamps that it runs into next have been found already.
 
 use glam::Vec3A;
 
 use crate::material::Tint;
 use crate::medium::Medium;
 use crate::medium::density::Way as Line;
-use crate::render::direct::power_heuristic;
 use crate::render::flight::{Equiangular, Flight};
-use crate::render::media;
+use crate::render::media::{self, Bodies};
 use crate::render::path::{
     Beside, FIRST_PAIR, MOST_BOUNCES, MOST_SCATTERINGS, ODDS, PAIRS, ROULETTE_FROM, State, Tracer, Way,
 };
+use crate::render::plane;
 use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
-use crate::scene::Hit;
+use crate::scene::light::Lamp;
+use crate::scene::{Hit, Scene};
 
-/// Pairs of a sampler's numbers that ways through media take, four each, numbered by ways.
+/// Pairs of a sampler's numbers that ways through media take, five each, numbered by ways.
 const FIRST: u32 = 0x2000_0000;
-const EACH: u32 = 4;
-/// Columns from which on it goes without end, m.
-const LONG: f32 = 1e20;
+const EACH: u32 = 5;
+/// Optical depth from which less light comes than anybody sees.
+const DEEP: f32 = 16.0;
 /// Notes of a path at most: light that hardly ends must not take all memory.
 const MOST_NOTES: usize = 1 << 22;
 
@@ -42,16 +44,71 @@ fn last(hit: Option<&Hit>) -> f32 {
     hit.map_or(0.0, |h| 4.0 * f32::EPSILON * h.reach)
 }
 
+/// Share of looks from a medium that follow its phase function: as narrow as that is beside what lamps look like from the middle of
+/// the scene, at most half.
+pub(super) fn by_phase(scene: &Scene, medium: &Medium) -> f32 {
+    let peak = medium.phase.value(0.0).max(medium.phase.value(2.0));
+    let one = |lamp: &Lamp| lamp.aim(Vec3A::ZERO, [0.5; 2]).map_or(0.0, |aim| peak / (peak + aim.pdf));
+    scene.lamps.iter().map(one).fold(0.0, f32::max).min(0.5)
+}
+
+/// How places are drawn beside how far light flies.
+enum Second {
+    /// By the angle at which a lamp sees them.
+    Angles(Equiangular),
+    /// Evenly up to a column, m.
+    Even(f32),
+    /// Of a way of so much, m: evenly, or as far from its end as light flies. From beyond the scene light may be strongest there.
+    Ends(f32),
+}
+
+impl Second {
+    /// Its share of all places.
+    fn share(&self) -> f32 {
+        match self {
+            Second::Angles(_) => 0.5,
+            Second::Even(_) => 0.25,
+            Second::Ends(_) => 0.3,
+        }
+    }
+
+    /// Density of a place with a column, where a unit of the way has `scale` metres of it.
+    fn density(&self, place: f32, column: f32, scale: f32, flight: &Flight) -> f32 {
+        match self {
+            Second::Angles(angles) => angles.density(place),
+            Second::Even(all) if column <= *all => scale / all,
+            Second::Even(_) => 0.0,
+            Second::Ends(all) => 0.5 * scale * (1.0 / all + flight.density_within(all - column, *all)),
+        }
+    }
+}
+
 /// A look at the lamps from a way.
-struct Glance {
-    /// Chosen from here.
-    lamp: usize,
-    chance: f32,
-    place: f32,
+struct Glance<'a> {
+    medium: &'a Medium,
+    /// The place that the lamp was chosen from.
+    chosen_from: Vec3A,
+    /// Share of looks that follow the phase function.
+    by_phase: f32,
+    place: Vec3A,
     /// Column up to there, m.
     column: f32,
-    /// Density of the place, per unit of the way.
+    /// Density of the place, per column.
     density: f32,
+}
+
+impl Glance<'_> {
+    /// Density of a direction by both ways to draw one, 1/sr.
+    fn both(&self, by_lamp: f32, by_phase: f32) -> f32 {
+        (1.0 - self.by_phase) * by_lamp + self.by_phase * by_phase
+    }
+
+    /// Notes that light scatters there; what of it is a number.
+    fn collision(&self, trail: &mut Trail) -> f32 {
+        let Medium { extinction: depth, scattering, .. } = *self.medium;
+        let tint = scattering.map(|scattering| Tint::Collision { depth, scattering, metres: self.column });
+        tint.map_or(0.0, |tint| media::note(self.medium, &tint, trail))
+    }
 }
 
 impl<E: Beside> Tracer<'_, E> {
@@ -95,19 +152,17 @@ impl<E: Beside> Tracer<'_, E> {
             self.endless();
             return Passed::Ended;
         }
-        let pairs = [0, 1, 2, 3].map(|i| sampler.pair(FIRST + EACH * number + i));
+        let pairs = [0, 1, 2, 3, 4].map(|i| sampler.pair(FIRST + EACH * number + i));
         let flight = self.rates(medium).flight(self.outline, &state.outline);
-        let chosen_from = self.glance(medium, &line, all, &flight, state, &pairs, trail);
+        self.glance(medium, &line, all, &flight, state, &pairs, trail);
         let found = match nulls {
-            true => self.fly_by_null_collisions(medium, scattering, &line, state, pairs[3], trail),
-            false => self.fly(medium, scattering, (&line, all), &flight, state, pairs[3], trail),
+            true => self.fly_by_null_collisions(medium, scattering, &line, state, pairs[4], trail),
+            false => self.fly(medium, scattering, (&line, all), &flight, state, pairs[4], trail),
         };
         match found {
             None => Passed::Through,
             // Not beyond the surface, by rounding.
-            Some(t) => {
-                self.scatter(medium, line.at(t.min(line.length - last(hit))), chosen_from, state, sampler, trail)
-            }
+            Some(t) => self.scatter(medium, line.at(t.min(line.length - last(hit))), state, sampler, trail),
         }
     }
 
@@ -171,8 +226,8 @@ impl<E: Beside> Tracer<'_, E> {
         }
     }
 
-    /// Looks at a lamp from one place of a way. Returns from where it was chosen.
-    #[allow(clippy::too_many_arguments)]
+    /// Looks for a lamp's light from one place of a way, or along a direction in which it would scatter there: all that scatters once
+    /// before it comes to a lamp is found so.
     fn glance(
         &self,
         medium: &Medium,
@@ -180,34 +235,39 @@ impl<E: Beside> Tracer<'_, E> {
         all: f32,
         flight: &Flight,
         state: &mut State<E>,
-        &[for_near, places, mut for_lamp, _]: &[[f32; 2]; 4],
+        &[for_near, places, for_way, choice, _]: &[[f32; 2]; EACH as usize],
         trail: &mut Trail,
-    ) -> Vec3A {
-        // Where it is chosen says nothing of where it is looked at: else the weights of both ways to a lamp would not add up to 1.
+    ) {
+        // Where the lamp is chosen says nothing of where it is looked at: else the shares of both ways to it would not sum to 1.
         let all = if all.is_nan() { media::column(self.scene, medium, line) } else { all };
         let near = flight.within(all, for_near);
         let chosen_from = line.at(media::reach(self.scene, medium, line, near).unwrap_or(0.0));
-        let Some((lamp, chance)) = self.scene.tree.choose(chosen_from, None, &mut for_lamp[0]) else {
-            return chosen_from;
-        };
+        let mut for_lamp = for_way;
+        let Some((lamp, chance)) = self.scene.tree.choose(chosen_from, None, &mut for_lamp[0]) else { return };
         let pivot = self.scene.lamps[lamp].aim(chosen_from, for_lamp).and_then(|aim| aim.point);
-        let equal = pivot.and_then(|p| {
+        let angles = pivot.and_then(|p| {
             let foot = (p - line.origin).dot(line.direction);
             Equiangular::new(foot, (p - line.at(foot)).length(), line.length)
         });
-        let Some((place, column)) = self.place(medium, line, all, flight, equal, places) else { return chosen_from };
-        let scale = media::density(self.scene, medium, line.at(place));
-        let mut density = scale * flight.density_within(column, all);
-        density = match equal {
-            Some(equal) => 0.5 * (density + equal.density(place)),
-            None if all < LONG => 0.5 * (density + scale / all),
-            None => density,
+        let second = match angles {
+            Some(angles) => Second::Angles(angles),
+            None if all > DEEP / flight.least() => Second::Even(DEEP / flight.least()),
+            None => Second::Ends(all),
         };
+        let Some((place, column)) = self.place(medium, line, all, flight, &second, places) else { return };
+        let scale = media::density(self.scene, medium, line.at(place));
+        let (share, other) = (second.share(), second.density(place, column, scale, flight));
+        let density = (1.0 - share) * scale * flight.density_within(column, all) + share * other;
         if density > 0.0 && scale > 0.0 {
-            let glance = Glance { lamp, chance, place, column, density: density / scale };
-            self.look_from(medium, line, &glance, state, for_lamp, trail);
+            let by_phase = self.by_phase[self.scene.media.number(medium) as usize];
+            let glance =
+                Glance { medium, chosen_from, by_phase, place: line.at(place), column, density: density / scale };
+            if choice[0] < by_phase {
+                self.look_along(&glance, line.direction, state, for_way, trail);
+            } else {
+                self.look_from(&glance, line.direction, state, (lamp, chance), for_lamp, trail);
+            }
         }
-        chosen_from
     }
 
     /// Draws a place of a way by either density, and the column up to it.
@@ -217,61 +277,105 @@ impl<E: Beside> Tracer<'_, E> {
         line: &Line,
         all: f32,
         flight: &Flight,
-        equal: Option<Equiangular>,
-        lots: [f32; 2],
+        second: &Second,
+        [lot, other]: [f32; 2],
     ) -> Option<(f32, f32)> {
-        let by_flight = |lots: [f32; 2]| {
-            let column = flight.within(all, lots);
-            Some((media::reach(self.scene, medium, line, column)?, column))
-        };
-        if equal.is_none() && all >= LONG {
-            return by_flight([lots[1], lots[0]]);
+        let reach = |column: f32| Some((media::reach(self.scene, medium, line, column)?, column));
+        let share = second.share();
+        if lot >= share {
+            return reach(flight.within(all, [other, (lot - share) / (1.0 - share)]));
         }
-        if lots[0] < 0.5 {
-            return by_flight([lots[1], 2.0 * lots[0]]);
+        let lot = lot / share;
+        match second {
+            Second::Even(column) => reach(lot * column),
+            Second::Ends(all) if lot < 0.5 => reach(2.0 * lot * all),
+            Second::Ends(all) => reach((all - flight.within(*all, [other, 2.0 * lot - 1.0])).max(0.0)),
+            Second::Angles(angles) => {
+                let place = angles.place(lot);
+                let within = place > 0.0 && place < line.length;
+                within.then(|| (place, media::column(self.scene, medium, &line.up_to(place))))
+            }
         }
-        let Some(equal) = equal else {
-            // From beyond the scene light may be as strong at the far end.
-            let column = (2.0 * lots[0] - 1.0) * all;
-            return Some((media::reach(self.scene, medium, line, column)?, column));
-        };
-        let place = equal.place(2.0 * lots[0] - 1.0);
-        let within = place > 0.0 && place < line.length;
-        within.then(|| (place, media::column(self.scene, medium, &line.up_to(place))))
     }
 
     /// Notes a lamp's light that scatters at a place of a way.
     fn look_from(
         &self,
-        medium: &Medium,
-        line: &Line,
-        Glance { lamp, chance, place, column, density }: &Glance,
+        glance: &Glance,
+        direction: Vec3A,
         state: &mut State<E>,
+        (lamp, chance): (usize, f32),
         u: [f32; 2],
         trail: &mut Trail,
     ) {
-        let from = line.at(*place);
-        let Some(aim) = self.scene.lamps[*lamp].aim(from, u) else { return };
-        let value = medium.phase.value(0.5 * (aim.direction - line.direction).length_squared());
+        let Glance { medium, by_phase, place, .. } = *glance;
+        let Some(aim) = self.scene.lamps[lamp].aim(place, u) else { return };
+        let value = medium.phase.value(0.5 * (aim.direction - direction).length_squared());
         let weight = if aim.pdf.is_finite() {
-            let pdf = aim.pdf * chance;
-            value / pdf * power_heuristic(pdf, value)
+            value / glance.both(aim.pdf * chance, value)
         } else {
-            value / chance
+            value / (chance * (1.0 - by_phase))
         };
         let Some(known) = state.beside.known() else { return };
         let before = trail.len();
-        let Some(scattering) = medium.scattering else { return };
-        let tint = Tint::Collision { depth: medium.extinction, scattering, metres: *column };
-        let weight = weight * media::note(medium, &tint, trail);
+        let weight = weight * glance.collision(trail) * state.weight / glance.density;
         let mut frame = self.polarised.then_some(known.frame);
         if let Some(frame) = &mut frame {
-            media::polarise(medium, line.direction, aim.direction, frame, trail);
+            media::polarise(medium, direction, aim.direction, frame, trail);
         }
-        let mut inside = media::Bodies { inside: known.inside, from, lots: &mut known.lots };
-        match self.direct().light_of(from, *lamp, &aim, frame, Some(&mut inside), trail) {
-            Some(share) => trail.light(&aim.emission, state.weight * weight * share / density, trail.len() - before),
+        let mut bodies = Bodies { inside: known.inside, from: place, lots: &mut known.lots };
+        match self.direct().light_of(place, lamp, &aim, frame, Some(&mut bodies), trail) {
+            Some(share) => trail.light(&aim.emission, weight * share, trail.len() - before),
             None => trail.truncate(before),
+        }
+    }
+
+    /// Notes the lamps that are met where light scatters to at a place of a way.
+    fn look_along(&self, glance: &Glance, direction: Vec3A, state: &mut State<E>, u: [f32; 2], trail: &mut Trail) {
+        let Glance { medium, chosen_from, place, .. } = *glance;
+        let (toward, versine) = medium.phase.turned(direction, u);
+        let value = medium.phase.value(versine);
+        let Some(known) = state.beside.known() else { return };
+        let before = trail.len();
+        let weight = glance.collision(trail) * state.weight * value / glance.density;
+        let mut frame = self.polarised.then_some(known.frame);
+        if let Some(frame) = &mut frame {
+            media::polarise(medium, direction, toward, frame, trail);
+        }
+        let mut bodies = Bodies { inside: known.inside, from: place, lots: &mut known.lots };
+        let found = self.direct().along(place, toward, &mut frame, Some(&mut bodies), trail);
+        let aside = trail.len() - before;
+        let chance = |lamp: usize| self.scene.tree.chance(lamp, chosen_from, None);
+        match found {
+            None => trail.truncate(before),
+            Some((Some(hit), share)) => {
+                let lamp = hit.surface.emitter.map_or(0, |l| l as usize);
+                let Lamp::Area(emitter) = &self.scene.lamps[lamp] else { return trail.truncate(before) };
+                let pdf = emitter.pdf(place, hit.point, hit.normal) * chance(lamp);
+                let emission = emitter.emission(-hit.normal.dot(toward));
+                trail.light(&emission, weight * share / glance.both(pdf, value), aside);
+            }
+            Some((None, share)) => {
+                // Each of them has a copy of what is on the way.
+                let mut first = true;
+                for lamp in self.scene.tree.distant() {
+                    let Some((emission, pdf)) = self.scene.lamps[lamp].beyond(toward) else { continue };
+                    let start = trail.len();
+                    if !first {
+                        trail.repeat(before, aside);
+                    }
+                    let own = if first { before } else { start };
+                    first = false;
+                    if let Some(frame) = frame {
+                        plane::lamp(&self.scene.lamps[lamp], toward, frame, trail);
+                    }
+                    let weight = weight * share / glance.both(pdf * chance(lamp), value);
+                    trail.light(&emission, weight, trail.len() - own);
+                }
+                if first {
+                    trail.truncate(before);
+                }
+            }
         }
     }
 
@@ -280,7 +384,6 @@ impl<E: Beside> Tracer<'_, E> {
         &self,
         medium: &Medium,
         place: Vec3A,
-        chosen_from: Vec3A,
         state: &mut State<E>,
         sampler: &Sampler,
         trail: &mut Trail,
@@ -297,7 +400,7 @@ impl<E: Beside> Tracer<'_, E> {
             }
             state.weight /= odds;
         }
-        let (direction, versine) = medium.phase.turned(state.direction, for_turn);
+        let (direction, _) = medium.phase.turned(state.direction, for_turn);
         if let Some(known) = state.beside.known() {
             if self.polarised {
                 media::polarise(medium, state.direction, direction, &mut known.frame, trail);
@@ -306,7 +409,7 @@ impl<E: Beside> Tracer<'_, E> {
             known.from = place;
         }
         (state.origin, state.direction) = (place, direction);
-        state.way = Way::Scattered { pdf: medium.phase.value(versine), from: place, chosen_from };
+        state.way = Way::Scattered;
         state.bounce += 1;
         Passed::Scattered
     }
