@@ -204,7 +204,7 @@ pub enum Tint {
         /// Its length.
         metres: f32,
     },
-    /// Light scattered in a medium after a way through it: sigma_s exp(-sigma_t m), 1/m.
+    /// Light scattered in a medium after a way through it, over the density with which the way was drawn: sigma_s exp(-sigma_t m) / p.
     Collision {
         /// Number of the extinction coefficient.
         depth: u32,
@@ -212,6 +212,8 @@ pub enum Tint {
         scattering: u32,
         /// Length of the way, times its density.
         metres: f32,
+        /// 1 / p, m: in thin air a path's products would else end beyond what floats can hold.
+        over: f32,
     },
     /// What a medium of source function 1 gives off along a way: sigma_a / sigma_t (1 - exp(-sigma_t m)).
     Glow {
@@ -364,8 +366,8 @@ impl Tint {
                 _ => 0.0,
             },
             Tint::Inside { depth, metres } => simd::exp(-inks[depth as usize].depth(nm) * metres),
-            Tint::Collision { depth, scattering, metres } => {
-                inks[scattering as usize].depth(nm) * simd::exp(-inks[depth as usize].depth(nm) * metres)
+            Tint::Collision { depth, scattering, metres, over } => {
+                over * inks[scattering as usize].depth(nm) * simd::exp(-inks[depth as usize].depth(nm) * metres)
             }
             Tint::Glow { depth, absorption, metres } => {
                 glow(inks[depth as usize].depth(nm), inks[absorption as usize].depth(nm), metres)

@@ -61,7 +61,7 @@ impl Grey {
         let extinction = self.absorption + self.scattering;
         match *tint {
             Tint::Inside { metres, .. } => Some(simd::exp(-extinction * metres)),
-            Tint::Collision { metres, .. } => Some(self.scattering * simd::exp(-extinction * metres)),
+            Tint::Collision { metres, over, .. } => Some(over * self.scattering * simd::exp(-extinction * metres)),
             Tint::Glow { metres, .. } => Some(tint::glow(extinction, self.absorption, metres)),
             Tint::Null { share, .. } => Some(1.0 - extinction * share),
             _ => None,
@@ -98,6 +98,8 @@ pub struct Media {
     pub list: Vec<Medium>,
     /// What fills all space that no body's fills.
     pub everywhere: Option<u32>,
+    /// Ways through any of them are followed by null collisions.
+    pub by_null_collisions: bool,
 }
 
 impl Media {

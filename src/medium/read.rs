@@ -133,5 +133,6 @@ pub fn settle(named: Vec<Medium>, bodies: &[Interior], everywhere: Option<u32>) 
     if list.len() > Inside::MOST {
         return crate::invalid!("{} media, absorbing bodies included; at most {}", list.len(), Inside::MOST);
     }
-    Ok(Media { list, everywhere })
+    let by_null_collisions = list.iter().any(|m| m.density.by_null_collisions());
+    Ok(Media { list, everywhere, by_null_collisions })
 }

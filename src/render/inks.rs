@@ -208,9 +208,9 @@ impl<const G: usize> Inks<G> {
                 _ => *light = Lanes::splat(0.0),
             },
             Tint::Inside { depth, metres } => light.multiply(&self.one(depth).map(|d| simd::exp(-d * metres))),
-            Tint::Collision { depth, scattering, metres } => {
+            Tint::Collision { depth, scattering, metres, over } => {
                 let (depth, scattering) = (self.one(depth), self.one(scattering));
-                light.multiply(&depth.map2(scattering, |d, s| s * simd::exp(-d * metres)));
+                light.multiply(&depth.map2(scattering, |d, s| over * s * simd::exp(-d * metres)));
             }
             Tint::Glow { depth, absorption, metres } => {
                 light.multiply(&self.one(depth).map2(self.one(absorption), |d, a| tint::glow(d, a, metres)));

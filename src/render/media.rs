@@ -25,8 +25,12 @@ const LONGEST_M: f32 = 1e30;
 pub struct Lots(u64);
 
 impl Lots {
-    /// Those of a path.
-    pub fn of(sampler: &Sampler) -> Lots {
+    /// Those of a path; of a scene that has no use for them, none.
+    #[inline]
+    pub fn of(scene: &Scene, sampler: &Sampler) -> Lots {
+        if !scene.media.by_null_collisions {
+            return Lots(0);
+        }
         let [a, b] = sampler.pair(0x2fff_ffff);
         Lots(u64::from(a.to_bits()) << 32 | u64::from(b.to_bits()))
     }

@@ -126,14 +126,14 @@ impl Shade<'_> {
         if count <= FEW_LAMPS {
             for lamp in 0..count {
                 let look = look(lamp, 1.0, pairs.pair());
-                let mut lots = Lots::of(pairs.sampler());
+                let mut lots = Lots::of(self.scene, pairs.sampler());
                 direct.look_in(at, lobe, lobe.factor, &look, (None, self.bodies(at, lobe, &mut lots)), trail);
             }
             return;
         }
         let (mut u, (from, normal)) = (pairs.pair(), at.start(lobe.kernel.transmits()));
         if let Some((lamp, chance)) = self.scene.tree.choose(from, Some(normal), &mut u[0]) {
-            let mut lots = Lots::of(pairs.sampler());
+            let mut lots = Lots::of(self.scene, pairs.sampler());
             let bodies = self.bodies(at, lobe, &mut lots);
             direct.look_in(at, lobe, lobe.factor, &look(lamp, chance, u), (None, bodies), trail);
         }

@@ -32,7 +32,7 @@ pub fn dim(scene: &Scene, inside: Inside, way: &Way, pairs: &mut Pairs, trail: &
     if let Some(medium) = scene.media.current(inside).filter(|m| m.glow.is_some()) {
         media::glow(medium, media::column(scene, medium, way), 1.0, trail);
     }
-    let mut lots = Lots::of(pairs.sampler());
+    let mut lots = Lots::of(scene, pairs.sampler());
     let to = way.length.is_finite().then(|| way.at(way.length));
     let share = media::dim(scene, &mut Bodies { inside, from: way.origin, lots: &mut lots }, way.direction, to, trail);
     trail.scale(share);

@@ -46,7 +46,8 @@ impl Density for Exponential {
     /// d0 (1 - exp(-k t)) / k.
     fn along(&self, way: &Way) -> f32 {
         let (start, k) = self.start(way);
-        let x = k * way.length;
+        // Level ways may be endless: 0 times infinity is nothing to go by.
+        let x = if k == 0.0 { 0.0 } else { k * way.length };
         if x.abs() < 1e-4 {
             // Level ways; the first two terms of the series.
             return start * way.length * (1.0 - 0.5 * x);

@@ -153,7 +153,7 @@ fn lit(scene: &Scene, zones: &Zones, rays: u32, wavelengths: &dyn Wavelengths) -
         for i in 0..looks {
             let start = exchange::start(scene, zones, element, i);
             let sampler = Sampler::new(element as u32, 0x6a09_e667, i, 0);
-            let mut lots = Lots::of(&sampler);
+            let mut lots = Lots::of(scene, &sampler);
             trail.clear();
             for lamp in 0..scene.lamps.len() {
                 let mut bodies = Bodies { inside: start.inside, from: start.place, lots: &mut lots };

@@ -158,7 +158,7 @@ impl<'a> Steps<'a> {
         let value = step.medium.phase.value(0.5 * (aim.direction - step.direction).length_squared());
         let density = if aim.pdf.is_finite() { aim.pdf * chance } else { chance };
         let before = trail.len();
-        let mut lots = Lots::of(pairs.sampler());
+        let mut lots = Lots::of(self.scene, pairs.sampler());
         let mut bodies = Bodies { inside, from: step.place, lots: &mut lots };
         let direct = Direct { scene: self.scene };
         match direct.light_of(step.place, lamp, &aim, None, Some(&mut bodies), trail) {

@@ -257,9 +257,9 @@ enum Way {
 impl<'a, E: Beside> Tracer<'a, E> {
     fn start(&self, (origin, direction): (Vec3A, Vec3A), way: Way, frame: Vec3A, sampler: &Sampler) -> State<E> {
         let inside = || match self.eye {
-            _ if !self.scene.is_filled() => (Inside::default(), Lots::of(sampler)),
-            Some((place, inside)) if place == origin => (inside, Lots::of(sampler)),
-            _ => (self.scene.inside(origin), Lots::of(sampler)),
+            _ if !self.scene.is_filled() => (Inside::default(), Lots::of(self.scene, sampler)),
+            Some((place, inside)) if place == origin => (inside, Lots::of(self.scene, sampler)),
+            _ => (self.scene.inside(origin), Lots::of(self.scene, sampler)),
         };
         let beside = E::new(self.comb.single(), origin, frame, inside);
         State { origin, direction, way, bounce: 0, weight: 1.0, share: 1.0, outline: Lanes::splat(1.0), beside }
@@ -295,7 +295,7 @@ impl<'a, E: Beside> Tracer<'a, E> {
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         let meeting = Meeting::facing(point, normal);
         let frame = self.polarised.then_some(Vec3A::X);
-        let mut inside = self.scene.is_filled().then(|| (self.scene.inside(point), Lots::of(sampler)));
+        let mut inside = self.scene.is_filled().then(|| (self.scene.inside(point), Lots::of(self.scene, sampler)));
         let bodies = inside.as_mut().map(|(inside, lots)| Bodies { inside: *inside, from: point, lots });
         self.direct().look(&meeting, &Lobe::WHITE, 1.0, sampler.pair(0), (frame, bodies), trail);
         if let Some(turn) = Lobe::WHITE.kernel.sample(Vec3A::Z, sampler.pair(1)) {

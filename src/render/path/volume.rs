@@ -26,6 +26,8 @@ const FIRST: u32 = 0x2000_0000;
 const EACH: u32 = 5;
 /// Optical depth from which less light comes than anybody sees.
 const DEEP: f32 = 16.0;
+/// Where along a way lamps are chosen from, by how far light flies: what is near to any of these places is not left out.
+const QUANTILES: [f32; 3] = [0.15, 0.5, 0.85];
 /// Notes of a path at most: light that hardly ends must not take all memory.
 const MOST_NOTES: usize = 1 << 22;
 
@@ -86,8 +88,8 @@ impl Second {
 /// A look at the lamps from a way.
 struct Glance<'a> {
     medium: &'a Medium,
-    /// The place that the lamp was chosen from.
-    chosen_from: Vec3A,
+    /// Places, from one of which the lamp was chosen.
+    chosen_from: [Vec3A; QUANTILES.len()],
     /// Share of looks that follow the phase function.
     by_phase: f32,
     place: Vec3A,
@@ -103,10 +105,11 @@ impl Glance<'_> {
         (1.0 - self.by_phase) * by_lamp + self.by_phase * by_phase
     }
 
-    /// Notes that light scatters there; what of it is a number.
+    /// Notes that light scatters there, over the density of the place; what of it is a number.
     fn collision(&self, trail: &mut Trail) -> f32 {
         let Medium { extinction: depth, scattering, .. } = *self.medium;
-        let tint = scattering.map(|scattering| Tint::Collision { depth, scattering, metres: self.column });
+        let over = 1.0 / self.density;
+        let tint = scattering.map(|scattering| Tint::Collision { depth, scattering, metres: self.column, over });
         tint.map_or(0.0, |tint| media::note(self.medium, &tint, trail))
     }
 }
@@ -181,8 +184,8 @@ impl<E: Beside> Tracer<'_, E> {
         let column = flight.column(lots);
         let reached = if column < all { media::reach(self.scene, medium, line, column) } else { None };
         if reached.is_some() {
-            state.weight /= flight.density(column);
-            self.dim(medium, state, &Tint::Collision { depth, scattering, metres: column }, trail);
+            let over = 1.0 / flight.density(column);
+            self.dim(medium, state, &Tint::Collision { depth, scattering, metres: column, over }, trail);
         } else {
             state.weight /= flight.survival(all);
             self.dim(medium, state, &Tint::Inside { depth, metres: all }, trail);
@@ -217,8 +220,8 @@ impl<E: Beside> Tracer<'_, E> {
             from = c.t;
             if known.lots.next() < sigma / rates.most * c.share {
                 // Per column of the densest: sigma_s share over sum of the rates' shares.
-                state.weight /= odds.iter().map(|(s, o)| s * rates.most * o).sum::<f32>();
-                self.dim(medium, state, &Tint::Collision { depth, scattering, metres: 0.0 }, trail);
+                let over = 1.0 / odds.iter().map(|(s, o)| s * rates.most * o).sum::<f32>();
+                self.dim(medium, state, &Tint::Collision { depth, scattering, metres: 0.0, over }, trail);
                 return Some(c.t);
             }
             odds.iter_mut().for_each(|(s, o)| *o *= 1.0 - *s * c.share);
@@ -238,13 +241,16 @@ impl<E: Beside> Tracer<'_, E> {
         &[for_near, places, for_way, choice, _]: &[[f32; 2]; EACH as usize],
         trail: &mut Trail,
     ) {
-        // Where the lamp is chosen says nothing of where it is looked at: else the shares of both ways to it would not sum to 1.
         let all = if all.is_nan() { media::column(self.scene, medium, line) } else { all };
-        let near = flight.within(all, for_near);
-        let chosen_from = line.at(media::reach(self.scene, medium, line, near).unwrap_or(0.0));
+        // Where the lamp is chosen says nothing of where it is looked at: else the shares of both ways to it would not sum to 1.
+        let quantile =
+            |q: f32| media::reach(self.scene, medium, line, flight.within(all, [for_near[0], q])).unwrap_or(0.0);
+        let chosen_from = QUANTILES.map(|q| line.at(quantile(q)));
         let mut for_lamp = for_way;
-        let Some((lamp, chance)) = self.scene.tree.choose(chosen_from, None, &mut for_lamp[0]) else { return };
-        let pivot = self.scene.lamps[lamp].aim(chosen_from, for_lamp).and_then(|aim| aim.point);
+        let first = chosen_from[((choice[1] * QUANTILES.len() as f32) as usize).min(QUANTILES.len() - 1)];
+        let Some((lamp, _)) = self.scene.tree.choose(first, None, &mut for_lamp[0]) else { return };
+        let chance = self.chance(lamp, &chosen_from);
+        let pivot = self.scene.lamps[lamp].aim(first, for_lamp).and_then(|aim| aim.point);
         let angles = pivot.and_then(|p| {
             let foot = (p - line.origin).dot(line.direction);
             Equiangular::new(foot, (p - line.at(foot)).length(), line.length)
@@ -268,6 +274,14 @@ impl<E: Beside> Tracer<'_, E> {
                 self.look_from(&glance, line.direction, state, (lamp, chance), for_lamp, trail);
             }
         }
+    }
+
+    /// Chance of a lamp, chosen from any of these places.
+    fn chance(&self, lamp: usize, from: &[Vec3A]) -> f32 {
+        if self.scene.lamps.len() == 1 {
+            return 1.0;
+        }
+        from.iter().map(|p| self.scene.tree.chance(lamp, *p, None)).sum::<f32>() / from.len() as f32
     }
 
     /// Draws a place of a way by either density, and the column up to it.
@@ -318,7 +332,7 @@ impl<E: Beside> Tracer<'_, E> {
         };
         let Some(known) = state.beside.known() else { return };
         let before = trail.len();
-        let weight = weight * glance.collision(trail) * state.weight / glance.density;
+        let weight = weight * glance.collision(trail) * state.weight;
         let mut frame = self.polarised.then_some(known.frame);
         if let Some(frame) = &mut frame {
             media::polarise(medium, direction, aim.direction, frame, trail);
@@ -337,7 +351,7 @@ impl<E: Beside> Tracer<'_, E> {
         let value = medium.phase.value(versine);
         let Some(known) = state.beside.known() else { return };
         let before = trail.len();
-        let weight = glance.collision(trail) * state.weight * value / glance.density;
+        let weight = glance.collision(trail) * state.weight * value;
         let mut frame = self.polarised.then_some(known.frame);
         if let Some(frame) = &mut frame {
             media::polarise(medium, direction, toward, frame, trail);
@@ -345,7 +359,7 @@ impl<E: Beside> Tracer<'_, E> {
         let mut bodies = Bodies { inside: known.inside, from: place, lots: &mut known.lots };
         let found = self.direct().along(place, toward, &mut frame, Some(&mut bodies), trail);
         let aside = trail.len() - before;
-        let chance = |lamp: usize| self.scene.tree.chance(lamp, chosen_from, None);
+        let chance = |lamp: usize| self.chance(lamp, &chosen_from);
         match found {
             None => trail.truncate(before),
             Some((Some(hit), share)) => {

@@ -241,8 +241,8 @@ impl Plan<'_> {
             self.dim(medium, &Tint::Inside { depth, metres: all }, p, way);
             return None;
         };
-        p.flux /= flight.density(column);
-        self.dim(medium, &Tint::Collision { depth, scattering, metres: column }, p, way);
+        let over = 1.0 / flight.density(column);
+        self.dim(medium, &Tint::Collision { depth, scattering, metres: column, over }, p, way);
         let place = line.at(t);
         if !p.straight {
             let (normal, tints) = (-p.direction, way.tints.len());
