@@ -11,5 +11,7 @@ mod limits;
 mod look;
 #[path = "media/phases.rs"]
 mod phases;
+#[path = "media/probe.rs"]
+mod probe;
 #[path = "media/solvers.rs"]
 mod solvers;

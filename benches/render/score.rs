@@ -31,6 +31,14 @@ impl Renders {
     }
 }
 
+impl Renders {
+    /// Root mean square of Y's standard error over the mean of Y, from how the pictures differ.
+    pub fn noise_of_mean(&self) -> f64 {
+        let y = |all: &[f64]| all.iter().skip(1).step_by(3).sum::<f64>() / (all.len() / 3) as f64;
+        y(&self.variance()).sqrt() / y(&self.mean())
+    }
+}
+
 /// A long render, and what errors are measured in.
 pub struct Reference {
     /// Independent renders.

@@ -172,10 +172,15 @@ impl Direct<'_> {
     ) -> Option<f32> {
         let mut share = 1.0;
         for _ in 0..MOST_PANES {
-            if self.is_open(from, lamp, aim) {
-                return Some(share * self.open_way(lamp, aim, frame, bodies, trail));
-            }
-            let Some(hit) = self.scene.geometry.closest(from, aim.direction) else {
+            // Out of a body there is a surface to go through: only what lies next on the way is asked.
+            let within = bodies.as_ref().is_some_and(|b| !b.inside.is_empty());
+            let hit = if within || !self.is_open(from, lamp, aim) {
+                self.scene.geometry.closest(from, aim.direction)
+            } else {
+                None
+            };
+            let beyond = |hit: &Hit| aim.point.is_some_and(|p| hit.t >= (p - from).dot(aim.direction));
+            let Some(hit) = hit.filter(|h| h.surface.emitter != Some(lamp as u32) && !(within && beyond(h))) else {
                 return Some(share * self.open_way(lamp, aim, frame, bodies, trail));
             };
             let (left, next) = self.pane(&hit, aim.direction, &mut frame, bodies.as_deref_mut(), trail)?;

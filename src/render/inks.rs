@@ -178,6 +178,19 @@ impl<const G: usize> Inks<G> {
         match tint {
             Tint::Base(Base::Ink(i)) => light.multiply(self.one(*i)),
             Tint::Base(Base::Grey(r)) => light.scale(*r),
+            // Compiled with who follows a trail, for its instruction set: exponentials of all wavelengths are most of a cloud's work.
+            Tint::Inside { depth, metres } => {
+                light.multiply(&self.one(*depth).map(|d| simd::exp(-d * metres)));
+            }
+            Tint::Collision { depth, scattering, metres, over } => {
+                let (depth, scattering) = (self.one(*depth), self.one(*scattering));
+                light.multiply(&depth.map2(scattering, |d, s| over * s * simd::exp(-d * metres)));
+            }
+            Tint::Glow { depth, absorption, metres } => {
+                let (depth, absorption) = (self.one(*depth), self.one(*absorption));
+                light.multiply(&depth.map2(absorption, |d, a| tint::glow(d, a, *metres)));
+            }
+            Tint::Null { depth, share } => light.multiply(&self.one(*depth).map(|d| 1.0 - d * share)),
             other => self.tint_slowly(light, other),
         }
     }
@@ -207,15 +220,7 @@ impl<const G: usize> Inks<G> {
                 Sampled::Films(films) => light.multiply(&films.share(cos, through)),
                 _ => *light = Lanes::splat(0.0),
             },
-            Tint::Inside { depth, metres } => light.multiply(&self.one(depth).map(|d| simd::exp(-d * metres))),
-            Tint::Collision { depth, scattering, metres, over } => {
-                let (depth, scattering) = (self.one(depth), self.one(scattering));
-                light.multiply(&depth.map2(scattering, |d, s| over * s * simd::exp(-d * metres)));
-            }
-            Tint::Glow { depth, absorption, metres } => {
-                light.multiply(&self.one(depth).map2(self.one(absorption), |d, a| tint::glow(d, a, metres)));
-            }
-            Tint::Null { depth, share } => light.multiply(&self.one(depth).map(|d| 1.0 - d * share)),
+            Tint::Inside { .. } | Tint::Collision { .. } | Tint::Glow { .. } | Tint::Null { .. } => {}
             Tint::Dipole { ink, metres } => {
                 if let Sampled::Dipole(sources) = &self.inks[ink as usize] {
                     light.multiply(&sources.radial(metres));
