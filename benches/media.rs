@@ -2,7 +2,7 @@
 //! the dipole's against transport. docs/media.csv, docs/media-steps.csv, docs/media-dipole.csv and their charts come from here.
 //!
 //! Three parts, each alone by its name (`cargo bench --bench media -- fog`): `fog`, scenes/fogbox.toml at 64 x 64 pixels, errors of Y
-//! against path tracing with 4096 paths a pixel; `steps`, single scattering in a slab under a sun against its closed form; `dipole`,
+//! against path tracing with 2048 paths a pixel; `steps`, single scattering in a slab under a sun against its closed form; `dipole`,
 //! half spaces of the measured media of spectra/.
 
 #[allow(dead_code)]
@@ -89,7 +89,7 @@ fn error(got: &[f64], truth: &[f64]) -> f64 {
 }
 
 fn in_the_fog() -> std::io::Result<()> {
-    let (truth, seconds) = fog(&by_path(), 4096, 99);
+    let (truth, seconds) = fog(&by_path(), 2048, 99);
     println!("\nfog: {SIZE} x {SIZE} pixels, {BANDS} wavelengths; reference {seconds:.0} s");
     println!(
         "{:<8} {:<34} {:>10} {:>10} {:>10} {:>10}",

@@ -178,21 +178,34 @@ impl<const G: usize> Inks<G> {
         match tint {
             Tint::Base(Base::Ink(i)) => light.multiply(self.one(*i)),
             Tint::Base(Base::Grey(r)) => light.scale(*r),
-            // Compiled with who follows a trail, for its instruction set: exponentials of all wavelengths are most of a cloud's work.
-            Tint::Inside { depth, metres } => {
-                light.multiply(&self.one(*depth).map(|d| simd::exp(-d * metres)));
+            Tint::Inside { .. } | Tint::Collision { .. } | Tint::Glow { .. } | Tint::Null { .. } => {
+                self.tint_in_media(light, tint);
             }
-            Tint::Collision { depth, scattering, metres, over } => {
-                let (depth, scattering) = (self.one(*depth), self.one(*scattering));
-                light.multiply(&depth.map2(scattering, |d, s| over * s * simd::exp(-d * metres)));
-            }
-            Tint::Glow { depth, absorption, metres } => {
-                let (depth, absorption) = (self.one(*depth), self.one(*absorption));
-                light.multiply(&depth.map2(absorption, |d, a| tint::glow(d, a, *metres)));
-            }
-            Tint::Null { depth, share } => light.multiply(&self.one(*depth).map(|d| 1.0 - d * share)),
             other => self.tint_slowly(light, other),
         }
+    }
+
+    /// Exponentials of all wavelengths, most of a cloud's work: compiled once for each instruction set.
+    #[inline(never)]
+    fn tint_in_media(&self, light: &mut Lanes<G>, tint: &Tint) {
+        simd::wide(
+            #[inline(always)]
+            || match *tint {
+                Tint::Inside { depth, metres } => {
+                    light.multiply(&self.one(depth).map(|d| simd::exp(-d * metres)));
+                }
+                Tint::Collision { depth, scattering, metres, over } => {
+                    let (depth, scattering) = (self.one(depth), self.one(scattering));
+                    light.multiply(&depth.map2(scattering, |d, s| over * s * simd::exp(-d * metres)));
+                }
+                Tint::Glow { depth, absorption, metres } => {
+                    let (depth, absorption) = (self.one(depth), self.one(absorption));
+                    light.multiply(&depth.map2(absorption, |d, a| tint::glow(d, a, metres)));
+                }
+                Tint::Null { depth, share } => light.multiply(&self.one(depth).map(|d| 1.0 - d * share)),
+                _ => {}
+            },
+        );
     }
 
     #[inline(never)]

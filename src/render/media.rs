@@ -36,7 +36,7 @@ impl Lots {
     }
 
     /// The next one [Steele 2014].
-    pub fn next(&mut self) -> f32 {
+    pub fn draw(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -46,7 +46,7 @@ impl Lots {
 
     /// An optical depth after which something happens.
     pub fn column(&mut self) -> f32 {
-        -(-self.next()).ln_1p()
+        -(-self.draw()).ln_1p()
     }
 }
 

@@ -38,7 +38,7 @@ fn table(id: &str) -> toml::Table {
 /// What only absorbs and gives off light is exact, whatever the step.
 #[test]
 fn marching_is_exact_without_scattering() {
-    for depth in [0.01, 1.0, 5.0] {
+    for depth in [0.01f64, 1.0, 5.0] {
         let keys = format!("absorption = {depth}\nemission = 1");
         for step in [0.1, 10.0] {
             let look = Look::new(
@@ -47,7 +47,7 @@ fn marching_is_exact_without_scattering() {
                 &NM,
                 What::Spectrum,
             );
-            let want = 0.25 * (-depth as f64).exp() + 1.0 - (-depth as f64).exp();
+            let want = 0.25 * (-depth).exp() + 1.0 - (-depth).exp();
             close(look.mean(At::Ray(DVec3::Z, -DVec3::Z), 1)[0], want, 2e-5, &format!("depth {depth}, step {step}"));
         }
     }

@@ -20,7 +20,7 @@ pub fn measure(options: Specprobe, medium: Medium, inks: Vec<Ink>, unit_m: f64) 
     if !options.angles.0.iter().all(|a| (0.0..most).contains(a)) {
         return usage!("--angles: from 0 to {} degrees", if slab { "below 90" } else { "180" });
     }
-    if options.thickness.is_some_and(|t| !(t >= 0.0)) || !(0.25..=4.0).contains(&options.index) {
+    if options.thickness.is_some_and(|t| t.is_nan() || t < 0.0) || !(0.25..=4.0).contains(&options.index) {
         return usage!("--thickness must be 0 or more, --index 0.25 to 4");
     }
     let write = Box::new(move |out: &mut Output| match (options.thickness, &options.radii) {

@@ -92,7 +92,7 @@ impl Rays {
     /// Traces so many for each element.
     pub fn trace(scene: &Scene, zones: &Zones, rays: u32) -> Rays {
         let one = |element: usize| (0..rays).map(|i| trace(scene, zones, &start(scene, zones, element, i))).collect();
-        Rays { each: (0..zones.len()).into_par_iter().map(one).collect() }
+        Rays { each: (0..zones.count()).into_par_iter().map(one).collect() }
     }
 
     /// Bytes.

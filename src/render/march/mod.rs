@@ -78,7 +78,7 @@ impl March {
             let lights = stored.lights.len() as u32;
             for (zone, share) in zones.around(step.place, self.scene.media.number(step.medium)) {
                 for light in 0..lights {
-                    trail.stored((zones.len() as u32 + zone) * lights + light, step.weight * share);
+                    trail.stored((zones.count() as u32 + zone) * lights + light, step.weight * share);
                 }
             }
         });

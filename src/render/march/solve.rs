@@ -67,7 +67,7 @@ impl Solution {
     /// Of a scene.
     pub fn new(scene: &Scene, o: &Options, wavelengths: &dyn Wavelengths) -> Result<Solution> {
         let zones = Zones::new(scene, o.along, 2 * o.along * o.along);
-        let (n, lanes, lights) = (zones.len(), wavelengths.lanes(), scene.lights.len());
+        let (n, lanes, lights) = (zones.count(), wavelengths.lanes(), scene.lights.len());
         let bytes = n * n * size_of::<[f32; GROUP]>() + 3 * n * lanes * lights * 4;
         if bytes > o.memory {
             return invalid!(
@@ -145,7 +145,7 @@ fn areas(scene: &Scene, zones: &Zones, sigma: &[[f32; GROUP]]) -> Vec<[f32; GROU
 /// What lamps send each element: rows of all lights.
 fn lit(scene: &Scene, zones: &Zones, rays: u32, wavelengths: &dyn Wavelengths) -> Vec<f32> {
     let (lanes, lights) = (wavelengths.lanes(), scene.lights.len());
-    let mut rows = vec![0f32; zones.len() * lanes * lights];
+    let mut rows = vec![0f32; zones.count() * lanes * lights];
     let looks = (rays / 4).max(16);
     rows.par_chunks_mut(lanes * lights).enumerate().for_each(|(element, row)| {
         let mut trail = Trail::default();
@@ -186,7 +186,7 @@ fn lit(scene: &Scene, zones: &Zones, rays: u32, wavelengths: &dyn Wavelengths) -
 /// Of zones the albedo, of tiles the reflectance, a row each.
 fn albedos(scene: &Scene, zones: &Zones, wavelengths: &dyn Wavelengths) -> Vec<f32> {
     let lanes = wavelengths.lanes();
-    let mut rows = Vec::with_capacity(zones.len() * lanes);
+    let mut rows = Vec::with_capacity(zones.count() * lanes);
     for zone in &zones.zones {
         let medium = &scene.media.list[zone.medium as usize];
         let extinction = wavelengths.ink(medium.extinction);
@@ -253,7 +253,7 @@ fn glow(
     extinction: &[[f32; GROUP]],
     source: &mut [[f32; GROUP]],
 ) {
-    let n = zones.len();
+    let n = zones.count();
     for (j, zone) in zones.zones.iter().enumerate() {
         let m = zone.medium as usize;
         if scene.media.list[m].glow != Some(light as u32) {

@@ -86,8 +86,8 @@ impl Zones {
         zones
     }
 
-    /// Numbers of elements.
-    pub fn len(&self) -> usize {
+    /// How many elements there are.
+    pub fn count(&self) -> usize {
         self.zones.len() + self.tiles.len()
     }
 

@@ -99,7 +99,7 @@ impl<E: Beside> Tracer<'_, E> {
                 density += f64::from(lot * met.normal.dot(*axis).abs()) * dipoles.density(&shares, r_m);
             }
         }
-        if !(density > 0.0) {
+        if density.is_nan() || density <= 0.0 {
             return None;
         }
         state.weight *= (count as f64 / density) as f32;

@@ -157,10 +157,10 @@ impl<E: Beside> Tracer<'_, E> {
         }
         let pairs = [0, 1, 2, 3, 4].map(|i| sampler.pair(FIRST + EACH * number + i));
         let flight = self.rates(medium).flight(self.outline, &state.outline);
-        self.glance(medium, &line, all, &flight, state, &pairs, trail);
+        self.glance(medium, (&line, all), &flight, state, &pairs, trail);
         let found = match nulls {
             true => self.fly_by_null_collisions(medium, scattering, &line, state, pairs[4], trail),
-            false => self.fly(medium, scattering, (&line, all), &flight, state, pairs[4], trail),
+            false => self.fly((medium, scattering), (&line, all), &flight, state, pairs[4], trail),
         };
         match found {
             None => Passed::Through,
@@ -172,8 +172,7 @@ impl<E: Beside> Tracer<'_, E> {
     /// Draws how far light flies, and notes what becomes of it: where it scatters, or `None` where it reaches the end of the way.
     fn fly(
         &self,
-        medium: &Medium,
-        scattering: u32,
+        (medium, scattering): (&Medium, u32),
         (line, all): (&Line, f32),
         flight: &Flight,
         state: &mut State<E>,
@@ -218,7 +217,7 @@ impl<E: Beside> Tracer<'_, E> {
                 return None;
             };
             from = c.t;
-            if known.lots.next() < sigma / rates.most * c.share {
+            if known.lots.draw() < sigma / rates.most * c.share {
                 // Per column of the densest: sigma_s share over sum of the rates' shares.
                 let over = 1.0 / odds.iter().map(|(s, o)| s * rates.most * o).sum::<f32>();
                 self.dim(medium, state, &Tint::Collision { depth, scattering, metres: 0.0, over }, trail);
@@ -234,8 +233,7 @@ impl<E: Beside> Tracer<'_, E> {
     fn glance(
         &self,
         medium: &Medium,
-        line: &Line,
-        all: f32,
+        (line, all): (&Line, f32),
         flight: &Flight,
         state: &mut State<E>,
         &[for_near, places, for_way, choice, _]: &[[f32; 2]; EACH as usize],
@@ -404,7 +402,7 @@ impl<E: Beside> Tracer<'_, E> {
     ) -> Passed {
         let [lots, _, for_turn] = sampler.three(FIRST_PAIR + PAIRS * state.bounce);
         let carried = state.weight * self.outline.value(&state.outline);
-        if !(carried > 0.0) {
+        if carried.is_nan() || carried <= 0.0 {
             return Passed::Ended;
         }
         let odds = ODDS * carried / state.share;
