@@ -7,6 +7,8 @@
 
 #[allow(dead_code)]
 mod beside;
+#[path = "beside/probes.rs"]
+mod probes;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -17,14 +19,14 @@ use glam::DVec3;
 use luxpipe::optics::dipole::Dipole;
 use luxpipe::optics::slab::{self, Slab};
 use luxpipe::parallel;
-use luxpipe::render::estimate::{Effort, NEIGHBOURS, Probe, Quantity, What, estimator};
+use luxpipe::render::estimate::{Effort, Probe, Quantity, What, estimator};
 use luxpipe::render::method::Choice;
 use luxpipe::render::{march, path, photon};
 use luxpipe::scene::load;
 use luxpipe::spectral::{Sampling, builtin};
-use rayon::prelude::*;
 
 use beside::processor;
+use probes::luminances;
 
 /// Pixels of a side.
 const SIZE: usize = 64;
@@ -59,16 +61,7 @@ fn fog(choice: &Choice, paths: u32, seed: u32) -> (Vec<f64>, f64) {
     let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed };
     let estimate = estimator(Arc::new(scene), &quantity, choice).unwrap_or_else(|e| panic!("{e}"));
     let probe = |i: usize| Probe::Pixel { x: (i % SIZE) as u32, y: (i / SIZE) as u32 };
-    let y = (0..SIZE * SIZE)
-        .collect::<Vec<_>>()
-        .par_chunks(NEIGHBOURS)
-        .flat_map_iter(|run| {
-            let probes: Vec<Probe> = run.iter().map(|i| probe(*i)).collect();
-            let mut out = vec![0f32; 3 * probes.len()];
-            estimate.measure(&probes, Effort::Paths(paths), &mut out);
-            out.into_iter().skip(1).step_by(3).map(f64::from).collect::<Vec<_>>()
-        })
-        .collect();
+    let y = luminances(&*estimate, SIZE * SIZE, probe, paths);
     (y, start.elapsed().as_secs_f64())
 }
 

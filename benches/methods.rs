@@ -8,6 +8,8 @@
 
 #[allow(dead_code)]
 mod beside;
+#[path = "beside/probes.rs"]
+mod probes;
 
 use std::fmt::Write;
 use std::path::Path;
@@ -16,14 +18,14 @@ use std::time::Instant;
 
 use glam::{DVec3, Vec3A};
 use luxpipe::parallel;
-use luxpipe::render::estimate::{Effort, NEIGHBOURS, Probe, Quantity, What, estimator};
+use luxpipe::render::estimate::{Probe, Quantity, What, estimator};
 use luxpipe::render::method::Choice;
 use luxpipe::render::{local, path, photon, radiosity};
 use luxpipe::scene::{Scene, load};
 use luxpipe::spectral::Sampling;
-use rayon::prelude::*;
 
 use beside::processor;
+use probes::luminances;
 
 /// Mean irradiances of the closed room: floor, wall, ceiling; case method-error-sizes.
 const ROOM_LX: [f64; 3] = [44.3248, 39.2844, 18.7139];
@@ -58,16 +60,7 @@ impl Subject {
             let (point, normal) = self.points[i];
             Probe::Irradiance { point, normal, number: i as u64 }
         };
-        let lux = (0..self.points.len())
-            .collect::<Vec<_>>()
-            .par_chunks(NEIGHBOURS)
-            .flat_map_iter(|run| {
-                let probes: Vec<Probe> = run.iter().map(|i| probe(*i)).collect();
-                let mut out = vec![0f32; 3 * probes.len()];
-                estimate.measure(&probes, Effort::Paths(paths), &mut out);
-                out.into_iter().skip(1).step_by(3).map(f64::from).collect::<Vec<_>>()
-            })
-            .collect();
+        let lux = luminances(&*estimate, self.points.len(), probe, paths);
         Got { lux, seconds: start.elapsed().as_secs_f64() }
     }
 }

@@ -317,10 +317,15 @@ impl Spectrace {
         })
     }
 
-    fn march(&self) -> Result<march::Options> {
-        if !(1e-3..=10.0).contains(&self.step) {
-            return usage!("--step {}: an optical depth of 0.001 to 10", self.step);
+    fn depth_of_steps(&self) -> Result<f32> {
+        match self.step {
+            step if (1e-3..=10.0).contains(&step) => Ok(step as f32),
+            step => usage!("--step {step}: an optical depth of 0.001 to 10"),
         }
+    }
+
+    fn march(&self) -> Result<march::Options> {
+        let step = self.depth_of_steps()?;
         if !(1..=64).contains(&self.zones) || !(1..=MOST_RAYS).contains(&self.element_rays) {
             return usage!(
                 "--zones {} --element-rays {}: 1 to 64 cubes, 1 to {MOST_RAYS} rays",
@@ -333,7 +338,7 @@ impl Spectrace {
             rays: self.element_rays,
             memory: self.solver_memory.saturating_mul(1 << 20),
         };
-        Ok(march::Options { step: self.step as f32, zonal: (self.method == Solver::Zonal).then_some(zonal) })
+        Ok(march::Options { step, zonal: (self.method == Solver::Zonal).then_some(zonal) })
     }
 
     fn photon(&self) -> Result<photon::Options> {
@@ -360,7 +365,7 @@ impl Spectrace {
             passes: self.passes,
             count: self.count,
             gather_once: self.show == Shown::Gather,
-            step: self.march()?.step,
+            step: self.depth_of_steps()?,
             seed: self.seed,
             memory: self.solver_memory.saturating_mul(1 << 20),
             solution: self.solution.clone(),

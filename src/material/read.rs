@@ -60,6 +60,19 @@ pub struct Interiors {
     pub bodies: Vec<Interior>,
 }
 
+impl Interiors {
+    /// Number of the medium that a key names, if it is there.
+    pub fn named(&self, keys: &mut Keys, key: &'static str) -> Result<Option<u32>> {
+        let Some((name, span)) = keys.get_spanned::<String>(key)? else { return Ok(None) };
+        let known = self.names.iter().position(|n| *n == name).map(|i| i as u32);
+        let unknown = || {
+            let shown = printable(name.as_bytes());
+            keys.wrong_key(key, span, &format!("no medium '{shown}'; there are {}", self.names.join(", ")))
+        };
+        known.ok_or_else(unknown).map(Some)
+    }
+}
+
 /// A material with its name.
 pub type Named = (String, Arc<dyn Material>);
 
@@ -115,31 +128,18 @@ impl Reader<'_, '_> {
 
     /// Registers a spectrum.
     pub fn ink(&mut self, ink: Ink) -> u32 {
-        register(self.inks, ink)
+        number(self.inks, ink)
     }
 
     /// `interior`: number of the medium that fills the body behind the front.
     pub fn interior(&mut self) -> Result<Option<u32>> {
-        let Some((name, span)) = self.keys.get_spanned::<String>("interior")? else { return Ok(None) };
-        let names = &self.interiors.names;
-        let known = names.iter().position(|n| *n == name).map(|i| i as u32);
-        let unknown = || {
-            let shown = printable(name.as_bytes());
-            self.keys.wrong_key("interior", span, &format!("no medium '{shown}'; there are {}", names.join(", ")))
-        };
-        known.ok_or_else(unknown).map(Some)
+        self.interiors.named(self.keys, "interior")
     }
 
     /// Number of the medium that only absorbs, by a coefficient's number.
     pub fn absorbing(&mut self, absorption: u32) -> u32 {
         let Interiors { names, bodies, .. } = &mut *self.interiors;
-        let body = Interior { absorption };
-        let known = bodies.iter().position(|b| *b == body);
-        (names.len()
-            + known.unwrap_or_else(|| {
-                bodies.push(body);
-                bodies.len() - 1
-            })) as u32
+        names.len() as u32 + number(bodies, Interior { absorption })
     }
 
     /// A reflectance in 0..1 that must be there: `reflectance`, or `texture` in its place.
@@ -195,12 +195,12 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Number of a spectrum among others, to which it is added where it is new.
-pub fn register(inks: &mut Vec<Ink>, ink: Ink) -> u32 {
-    let known = inks.iter().position(|i| *i == ink);
+/// Number of one among others, to which it is added where it is new.
+pub fn number<T: PartialEq>(list: &mut Vec<T>, one: T) -> u32 {
+    let known = list.iter().position(|l| *l == one);
     known.unwrap_or_else(|| {
-        inks.push(ink);
-        inks.len() - 1
+        list.push(one);
+        list.len() - 1
     }) as u32
 }
 

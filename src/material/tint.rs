@@ -215,12 +215,13 @@ pub enum Tint {
         /// 1 / p, m: in thin air a path's products would else end beyond what floats can hold.
         over: f32,
     },
-    /// What a medium of source function 1 gives off along a way: sigma_a / sigma_t (1 - exp(-sigma_t m)).
+    /// What a medium of an even source function 1 gives off along a way, or scatters into it: the coefficient of either over sigma_t,
+    /// times 1 - exp(-sigma_t m).
     Glow {
         /// Number of the extinction coefficient.
         depth: u32,
-        /// Number of the absorption coefficient.
-        absorption: u32,
+        /// Number of that coefficient: absorption's or scattering's.
+        part: u32,
         /// Length of the way, times its density.
         metres: f32,
     },
@@ -369,8 +370,8 @@ impl Tint {
             Tint::Collision { depth, scattering, metres, over } => {
                 over * inks[scattering as usize].depth(nm) * simd::exp(-inks[depth as usize].depth(nm) * metres)
             }
-            Tint::Glow { depth, absorption, metres } => {
-                glow(inks[depth as usize].depth(nm), inks[absorption as usize].depth(nm), metres)
+            Tint::Glow { depth, part, metres } => {
+                glow(inks[depth as usize].depth(nm), inks[part as usize].depth(nm), metres)
             }
             Tint::Null { depth, share } => 1.0 - inks[depth as usize].depth(nm) * share,
             Tint::Dipole { ink, metres } => match &inks[ink as usize] {
@@ -467,11 +468,11 @@ pub fn beneath(r: f32, k: f32) -> f32 {
 
 /// See [`Tint::Glow`].
 #[inline(always)]
-pub fn glow(extinction: f32, absorption: f32, metres: f32) -> f32 {
+pub fn glow(extinction: f32, part: f32, metres: f32) -> f32 {
     let depth = extinction * metres;
     // Where the difference would lose its digits, the series; chosen without a branch.
-    let thin = absorption * metres * (1.0 - depth * (0.5 - depth * (1.0 / 6.0 - depth / 24.0)));
-    let thick = absorption / extinction * (1.0 - simd::exp(-depth));
+    let thin = part * metres * (1.0 - depth * (0.5 - depth * (1.0 / 6.0 - depth / 24.0)));
+    let thick = part / extinction * (1.0 - simd::exp(-depth));
     if depth < 0.05 { thin } else { thick }
 }
 

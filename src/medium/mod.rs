@@ -25,12 +25,16 @@ pub use inside::Inside;
 /// What fills a body, or all space.
 #[derive(Clone, Debug)]
 pub struct Medium {
+    /// Its place among the scene's media.
+    pub number: u32,
     /// Name in the scene file.
     pub name: String,
     /// Of overlapping media the one of the highest priority counts.
     pub priority: i32,
     /// Number of the extinction coefficient (an [`crate::material::Ink::Depth`]), 1/m.
     pub extinction: u32,
+    /// Smallest and largest extinction coefficient of all wavelengths, 1/m.
+    pub extremes: [f32; 2],
     /// Number of the absorption coefficient.
     pub absorption: u32,
     /// Number of the scattering coefficient, where it scatters.
@@ -54,21 +58,6 @@ pub struct Grey {
     pub scattering: f32,
 }
 
-impl Grey {
-    /// What a tint of this medium leaves; `None` of other tints.
-    #[inline]
-    pub fn share(&self, tint: &Tint) -> Option<f32> {
-        let extinction = self.absorption + self.scattering;
-        match *tint {
-            Tint::Inside { metres, .. } => Some(simd::exp(-extinction * metres)),
-            Tint::Collision { metres, over, .. } => Some(over * self.scattering * simd::exp(-extinction * metres)),
-            Tint::Glow { metres, .. } => Some(tint::glow(extinction, self.absorption, metres)),
-            Tint::Null { share, .. } => Some(1.0 - extinction * share),
-            _ => None,
-        }
-    }
-}
-
 impl Medium {
     /// Reduced scattering coefficient sigma_s (1 - g), and the absorption coefficient, 1/m.
     pub fn reduced(&self, inks: &[Ink]) -> [Spectrum; 2] {
@@ -87,7 +76,18 @@ impl Medium {
     /// A tint of it as a number, where that is all it is.
     #[inline]
     pub fn grey_share(&self, tint: &Tint) -> Option<f32> {
-        self.grey.and_then(|g| g.share(tint))
+        let Grey { absorption, scattering } = self.grey?;
+        let extinction = absorption + scattering;
+        match *tint {
+            Tint::Inside { metres, .. } => Some(simd::exp(-extinction * metres)),
+            Tint::Collision { metres, over, .. } => Some(over * scattering * simd::exp(-extinction * metres)),
+            Tint::Glow { part, metres, .. } => {
+                let part = if Some(part) == self.scattering { scattering } else { absorption };
+                Some(tint::glow(extinction, part, metres))
+            }
+            Tint::Null { share, .. } => Some(1.0 - extinction * share),
+            _ => None,
+        }
     }
 }
 
@@ -103,17 +103,6 @@ pub struct Media {
 }
 
 impl Media {
-    /// There are none.
-    pub fn is_empty(&self) -> bool {
-        self.list.is_empty()
-    }
-
-    /// Number of a medium of the list.
-    #[inline]
-    pub fn number(&self, medium: &Medium) -> u32 {
-        self.list.iter().position(|m| std::ptr::eq(m, medium)).unwrap_or(0) as u32
-    }
-
     /// Any scatters light.
     pub fn scatter(&self) -> bool {
         self.list.iter().any(|m| m.scattering.is_some())

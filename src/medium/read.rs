@@ -10,7 +10,7 @@ use std::sync::Arc;
 use crate::Result;
 use crate::keys::Keys;
 use crate::material::Ink;
-use crate::material::read::{Interior, register, spectrum};
+use crate::material::read::{Interior, number, spectrum};
 use crate::medium::{Grey, Inside, Media, Medium, density, phase};
 use crate::spectral::{Observer, Spectrum};
 use crate::units::K_M;
@@ -102,11 +102,14 @@ fn read(name: String, mut k: Keys, context: &mut Context) -> Result<Medium> {
         (Spectrum::Constant(a), Spectrum::Constant(s)) => Some(Grey { absorption: *a as f32, scattering: *s as f32 }),
         _ => None,
     };
-    let mut ink = |s: Spectrum| register(context.inks, Ink::Depth(s));
+    let extinction = absorption.combined(&scattering, |a, s| a + s);
+    let mut ink = |s: Spectrum| number(context.inks, Ink::Depth(s));
     Ok(Medium {
+        number: 0,
         name,
         priority,
-        extinction: ink(absorption.combined(&scattering, |a, s| a + s)),
+        extremes: extremes(&extinction),
+        extinction: ink(extinction),
         absorption: ink(absorption),
         scattering: (scattering.range().1 > 0.0).then(|| ink(scattering)),
         glow,
@@ -116,9 +119,19 @@ fn read(name: String, mut k: Keys, context: &mut Context) -> Result<Medium> {
     })
 }
 
+fn extremes(extinction: &Spectrum) -> [f32; 2] {
+    let (low, high) = extinction.range();
+    [low as f32, high as f32]
+}
+
 /// The media of a scene: those of its file, and what bodies absorb by keys of their own.
-pub fn settle(named: Vec<Medium>, bodies: &[Interior], everywhere: Option<u32>) -> Result<Media> {
+pub fn settle(named: Vec<Medium>, bodies: &[Interior], inks: &[Ink], everywhere: Option<u32>) -> Result<Media> {
     let absorbing = |i: &Interior| Medium {
+        number: 0,
+        extremes: match &inks[i.absorption as usize] {
+            Ink::Depth(s) => extremes(s),
+            _ => [0.0; 2],
+        },
         name: "absorption".into(),
         priority: 0,
         extinction: i.absorption,
@@ -129,10 +142,11 @@ pub fn settle(named: Vec<Medium>, bodies: &[Interior], everywhere: Option<u32>) 
         phase: Arc::new(phase::isotropic::Isotropic),
         density: Arc::new(density::homogeneous::Homogeneous { density: 1.0 }),
     };
-    let list: Vec<Medium> = named.into_iter().chain(bodies.iter().map(absorbing)).collect();
+    let mut list: Vec<Medium> = named.into_iter().chain(bodies.iter().map(absorbing)).collect();
     if list.len() > Inside::MOST {
         return crate::invalid!("{} media, absorbing bodies included; at most {}", list.len(), Inside::MOST);
     }
+    list.iter_mut().zip(0..).for_each(|(medium, number)| medium.number = number);
     let by_null_collisions = list.iter().any(|m| m.density.by_null_collisions());
     Ok(Media { list, everywhere, by_null_collisions })
 }

@@ -55,12 +55,6 @@ impl Direct<'_> {
         self.look_in(at, lobe, share, &look, beside, trail);
     }
 
-    /// The light of one lamp that leaves through a lobe, times `share`, its polarization left out, where nothing fills space.
-    #[inline(always)]
-    pub fn look_at(&self, at: &Meeting, lobe: &Lobe, share: f32, look: &Look, trail: &mut Trail) {
-        self.look_in(at, lobe, share, look, (None, None), trail);
-    }
-
     /// The light of one lamp that leaves through a lobe, times `share`; see [`Direct::look`].
     #[inline(always)]
     pub fn look_in(
@@ -140,6 +134,15 @@ impl Direct<'_> {
             return self.see_through(from, lamp, aim, frame, bodies, trail);
         }
         self.is_open(from, lamp, aim).then(|| self.open_way(lamp, aim, frame, bodies, trail))
+    }
+
+    /// Notes that light, unpolarised, times a weight; nothing where something opaque stands between.
+    pub fn note(&self, from: Vec3A, lamp: usize, aim: &Aim, weight: f32, bodies: &mut Bodies, trail: &mut Trail) {
+        let before = trail.len();
+        match self.light_of(from, lamp, aim, None, Some(bodies), trail) {
+            Some(share) => trail.light(&aim.emission, weight * share, trail.len() - before),
+            None => trail.truncate(before),
+        }
     }
 
     /// Notes what becomes of light on its way from a lamp where no surface stands in it.

@@ -7,10 +7,9 @@
 //!
 //! Lengths are columns in metres: the integral of the density along a way.
 
-use crate::material::Ink;
-use crate::medium::Medium;
+use crate::medium::{Media, Medium};
 use crate::render::inks::Outline;
-use crate::render::lanes::{GROUP, Lanes};
+use crate::render::lanes::{self, GROUP, Lanes};
 use crate::simd;
 
 /// Rates of a medium.
@@ -27,7 +26,7 @@ pub struct Rates {
     /// The largest of all wavelengths.
     pub most: f32,
     /// All are the same.
-    pub grey: bool,
+    grey: bool,
 }
 
 /// Rates with the lots that each has on a path.
@@ -37,14 +36,14 @@ pub struct Flight<'a> {
 }
 
 impl Rates {
-    /// Of a medium, in a picture whose spectra have this outline.
-    pub fn new(medium: &Medium, outline: &Outline, inks: &[Ink]) -> Rates {
+    /// Of each medium, in a picture whose spectra have this outline.
+    pub fn of(media: &Media, outline: &Outline) -> Vec<Rates> {
+        media.list.iter().map(|m| Rates::new(m, outline)).collect()
+    }
+
+    fn new(medium: &Medium, outline: &Outline) -> Rates {
         let lanes = outline.one(medium.extinction).0.as_flattened();
-        let (low, high) = match &inks[medium.extinction as usize] {
-            Ink::Depth(s) => s.range(),
-            _ => (0.0, 0.0),
-        };
-        let (low, high) = (low as f32, high as f32);
+        let [low, high] = medium.extremes;
         let mut sigma = [0f32; RATES];
         sigma[..GROUP].copy_from_slice(lanes);
         (sigma[GROUP], sigma[GROUP + 1]) = (low, high);
@@ -55,8 +54,8 @@ impl Rates {
     }
 
     /// All of them.
-    pub fn sigma(&self) -> Vec<f32> {
-        self.sigma.to_vec()
+    pub fn sigma(&self) -> &[f32] {
+        &self.sigma
     }
 
     /// With the lots of a path that carries so much of each eighth.
@@ -85,20 +84,11 @@ impl Flight<'_> {
     }
 
     /// The rate that a number in 0..1 chooses.
-    fn choose(&self, lot: f32) -> f32 {
+    pub fn choose(&self, lot: f32) -> f32 {
         if self.rates.grey {
             return self.rates.most;
         }
-        let mut left = lot;
-        let mut last = 0;
-        for (i, share) in self.shares.iter().enumerate().filter(|s| *s.1 > 0.0) {
-            last = i;
-            if left < *share {
-                break;
-            }
-            left -= share;
-        }
-        self.rates.sigma[last]
+        self.rates.sigma[lanes::chosen(&self.shares, lot)]
     }
 
     /// The column after which light scatters; it may be infinite.
@@ -149,11 +139,6 @@ impl Flight<'_> {
     pub fn least(&self) -> f32 {
         let counts = self.each().filter(|(_, share)| *share > 0.02);
         counts.fold(self.rates.most, |a, (s, _)| a.min(s)).max(1e-30)
-    }
-
-    /// Null collisions: the rate chosen, over that of the densest wavelength.
-    pub fn chosen(&self, lot: f32) -> f32 {
-        self.choose(lot)
     }
 
     /// The rates, one by one, with their shares.

@@ -198,9 +198,9 @@ impl<const G: usize> Inks<G> {
                     let (depth, scattering) = (self.one(depth), self.one(scattering));
                     light.multiply(&depth.map2(scattering, |d, s| over * s * simd::exp(-d * metres)));
                 }
-                Tint::Glow { depth, absorption, metres } => {
-                    let (depth, absorption) = (self.one(depth), self.one(absorption));
-                    light.multiply(&depth.map2(absorption, |d, a| tint::glow(d, a, metres)));
+                Tint::Glow { depth, part, metres } => {
+                    let (depth, part) = (self.one(depth), self.one(part));
+                    light.multiply(&depth.map2(part, |d, p| tint::glow(d, p, metres)));
                 }
                 Tint::Null { depth, share } => light.multiply(&self.one(depth).map(|d| 1.0 - d * share)),
                 _ => {}

@@ -8,6 +8,20 @@ pub const GROUP: usize = 8;
 #[repr(align(32))]
 pub struct Lanes<const G: usize>(pub [[f32; GROUP]; G]);
 
+/// Which of some shares, that sum to 1, a number in 0..1 chooses; never one of nothing, unless all are.
+pub fn chosen(shares: &[f32], lot: f32) -> usize {
+    let mut left = lot;
+    let mut last = 0;
+    for (i, share) in shares.iter().enumerate().filter(|s| *s.1 > 0.0) {
+        last = i;
+        if left < *share {
+            break;
+        }
+        left -= share;
+    }
+    last
+}
+
 /// By value: what is read and what is written cannot be the same memory, and the loop becomes a vector. (The standard library's
 /// loops over arrays would be compiled for the baseline.)
 #[inline(always)]

@@ -83,7 +83,7 @@ pub fn candidate(scene: &Scene, medium: &Medium, way: &Way, from: f32, metres: f
 /// Notes what a medium gives off along a way of so many metres, where it does.
 pub fn glow(medium: &Medium, metres: f32, weight: f32, trail: &mut Trail) {
     let Some(light) = medium.glow else { return };
-    let tint = Tint::Glow { depth: medium.extinction, absorption: medium.absorption, metres };
+    let tint = Tint::Glow { depth: medium.extinction, part: medium.absorption, metres };
     let share = note(medium, &tint, trail);
     trail.light(&Emission::one(light, 1.0), weight * share, usize::from(medium.grey.is_none()));
 }
@@ -101,9 +101,13 @@ pub fn note(medium: &Medium, tint: &Tint, trail: &mut Trail) -> f32 {
 /// It goes along `direction` to a place, or without end.
 pub fn dim(scene: &Scene, bodies: &mut Bodies, direction: Vec3A, to: Option<Vec3A>, trail: &mut Trail) -> f32 {
     let Some(medium) = scene.media.current(bodies.inside) else { return 1.0 };
-    let way = &between(bodies.from, direction, to);
+    dim_way(scene, medium, &between(bodies.from, direction, to), bodies.lots, trail)
+}
+
+/// The same of one medium.
+pub fn dim_way(scene: &Scene, medium: &Medium, way: &Way, lots: &mut Lots, trail: &mut Trail) -> f32 {
     if medium.density.by_null_collisions() {
-        return ratio_track(scene, medium, way, bodies.lots, trail);
+        return ratio_track(scene, medium, way, lots, trail);
     }
     let metres = column(scene, medium, way);
     if metres > 0.0 { note(medium, &Tint::Inside { depth: medium.extinction, metres }, trail) } else { 1.0 }
@@ -111,7 +115,10 @@ pub fn dim(scene: &Scene, bodies: &mut Bodies, direction: Vec3A, to: Option<Vec3
 
 /// The same by null collisions, each of which leaves what is not as dense as the densest medium around [Novak 2014].
 pub fn ratio_track(scene: &Scene, medium: &Medium, way: &Way, lots: &mut Lots, trail: &mut Trail) -> f32 {
-    let Some(most) = scene.most_extinction(medium) else { return 1.0 };
+    let [_, most] = medium.extremes;
+    if most <= 0.0 {
+        return 1.0;
+    }
     let (mut from, mut share) = (0.0, 1.0);
     while let Some(c) = candidate(scene, medium, way, from, lots.column() / most) {
         share *= note(medium, &Tint::Null { depth: medium.extinction, share: c.share / most }, trail);

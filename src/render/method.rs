@@ -16,7 +16,7 @@ use crate::render::path::{self, PathTracing};
 use crate::render::photon::{self, PhotonMap};
 use crate::render::radiosity::{self, Radiosity};
 use crate::render::sampler::Sampler;
-use crate::render::stored::Stored;
+use crate::render::stored::{NOTHING, Stored};
 use crate::render::trail::Trail;
 use crate::render::wavelengths::Wavelengths;
 use crate::scene::Scene;
@@ -36,7 +36,6 @@ pub trait Method: Send + Sync {
 
     /// Light worked out before, which trails refer to by rows.
     fn stored(&self) -> &Stored {
-        static NOTHING: Stored = Stored { lights: Vec::new(), lanes: 0, data: Vec::new() };
         &NOTHING
     }
 

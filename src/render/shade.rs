@@ -2,7 +2,7 @@
 
 use glam::Vec3A;
 
-use crate::material::Lobe;
+use crate::material::{Lobe, Lobes};
 use crate::medium::Inside;
 use crate::medium::density::Way;
 use crate::render::direct::{Direct, Look, power_heuristic};
@@ -11,11 +11,11 @@ use crate::render::meeting::Meeting;
 use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
 use crate::render::view;
-use crate::scene::light::Lamp;
+use crate::scene::light::{Emission, Lamp};
 use crate::scene::{Hit, Scene, ray};
 
 /// So many lamps are all looked at; of more, one by lot.
-const FEW_LAMPS: usize = 8;
+pub const FEW_LAMPS: usize = 8;
 
 /// What a method knows of the light between surfaces.
 pub trait Rest: Sync {
@@ -87,6 +87,17 @@ impl Pairs<'_> {
     pub fn pair(&mut self) -> [f32; 2] {
         self.next += 1;
         self.sampler.pair(self.next - 1)
+    }
+}
+
+/// Notes what lobes send back of light 0, of radiance 1 from everywhere, a branch each.
+pub fn note_sent(lobes: &Lobes, out: Vec3A, pairs: &mut Pairs, trail: &mut Trail) {
+    for lobe in lobes.iter().filter(|l| !l.kernel.transmits() && !l.kernel.is_straight()) {
+        if let Some(turn) = lobe.kernel.sample(out, pairs.pair()) {
+            trail.branch();
+            trail.tint(&lobe.tint.turned(out, turn.inc));
+            trail.light(&Emission::one(0, 1.0), lobe.factor * turn.weight, 0);
+        }
     }
 }
 

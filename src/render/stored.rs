@@ -13,6 +13,9 @@ pub struct Stored {
     pub data: Vec<f32>,
 }
 
+/// No light.
+pub static NOTHING: Stored = Stored { lights: Vec::new(), lanes: 0, data: Vec::new() };
+
 impl Stored {
     /// The light of a row.
     #[inline(always)]

@@ -5,7 +5,7 @@ use glam::Vec3A;
 use crate::material::{Lobe, Lobes};
 use crate::medium::Inside;
 use crate::medium::density::Way;
-use crate::render::media::{self, Bodies, Lots};
+use crate::render::media::{self, Lots};
 use crate::render::meeting::Meeting;
 use crate::render::shade::Pairs;
 use crate::render::trail::Trail;
@@ -29,12 +29,11 @@ pub struct Seen<'a> {
 
 /// Notes what a medium leaves of light along a way, and its own; what it scatters is left out.
 pub fn dim(scene: &Scene, inside: Inside, way: &Way, pairs: &mut Pairs, trail: &mut Trail) {
-    if let Some(medium) = scene.media.current(inside).filter(|m| m.glow.is_some()) {
+    let Some(medium) = scene.media.current(inside) else { return };
+    if medium.glow.is_some() {
         media::glow(medium, media::column(scene, medium, way), 1.0, trail);
     }
-    let mut lots = Lots::of(scene, pairs.sampler());
-    let to = way.length.is_finite().then(|| way.at(way.length));
-    let share = media::dim(scene, &mut Bodies { inside, from: way.origin, lots: &mut lots }, way.direction, to, trail);
+    let share = media::dim_way(scene, medium, way, &mut Lots::of(scene, pairs.sampler()), trail);
     trail.scale(share);
 }
 

@@ -16,7 +16,7 @@ use glam::{DAffine3, DVec3, Vec3A};
 use crate::Result;
 use crate::color::Xy;
 use crate::material::{Effects, Ink, Material, Site};
-use crate::medium::{Inside, Media, Medium};
+use crate::medium::{Inside, Media};
 use crate::spectral::{Observer, Spectrum};
 use crate::units::K_M;
 
@@ -151,14 +151,6 @@ impl Scene {
     /// A way's light changes between surfaces: bodies or space are filled.
     pub fn is_filled(&self) -> bool {
         self.effects.fills || self.media.everywhere.is_some()
-    }
-
-    /// The largest extinction coefficient of a medium, 1/m; `None` where it is 0.
-    pub fn most_extinction(&self, medium: &Medium) -> Option<f32> {
-        match &self.inks[medium.extinction as usize] {
-            Ink::Depth(s) => Some(s.range().1 as f32).filter(|s| *s > 0.0),
-            _ => None,
-        }
     }
 
     /// Light changes its wavelength on some surface.

@@ -95,11 +95,6 @@ impl Rays {
         Rays { each: (0..zones.count()).into_par_iter().map(one).collect() }
     }
 
-    /// Bytes.
-    pub fn bytes(&self) -> usize {
-        self.each.iter().flatten().map(|r| size_of_val(&r[..]) + size_of::<Vec<Part>>()).sum()
-    }
-
     /// Shares at eight wavelengths: `sigma` has each medium's extinction at them, 1/m; `areas` the elements' areas there.
     pub fn shares(&self, sigma: &[[f32; GROUP]], areas: &[[f32; GROUP]]) -> Shares {
         let n = self.each.len();

@@ -27,7 +27,7 @@ use crate::render::meeting::Meeting;
 use crate::render::method::Method;
 use crate::render::sampler::Sampler;
 use crate::render::shade::{Follow, Pairs, Rest, Shade};
-use crate::render::stored::Stored;
+use crate::render::stored::{NOTHING, Stored};
 use crate::render::trail::Trail;
 use crate::render::view::{self, Seen};
 use crate::render::wavelengths::Wavelengths;
@@ -54,7 +54,7 @@ pub struct Options {
 pub struct March {
     scene: Arc<Scene>,
     step: f32,
-    sigma: Vec<Vec<f32>>,
+    rates: Vec<Rates>,
     zonal: Option<Solution>,
     ways: AtomicU64,
     taken: AtomicU64,
@@ -64,19 +64,19 @@ impl March {
     /// Balances the zones, where they are asked for.
     pub fn new(scene: Arc<Scene>, outline: &Outline, o: &Options, wavelengths: &dyn Wavelengths) -> Result<March> {
         parallel::ready();
-        let sigma = scene.media.list.iter().map(|m| Rates::new(m, outline, &scene.inks).sigma()).collect();
+        let rates = Rates::of(&scene.media, outline);
         let zonal = o.zonal.map(|z| Solution::new(&scene, &z, wavelengths)).transpose()?;
         let (ways, taken) = Default::default();
-        Ok(March { scene, step: o.step, sigma, zonal, ways, taken })
+        Ok(March { scene, step: o.step, rates, zonal, ways, taken })
     }
 
     /// Notes what a way's medium gives off and lets through.
     fn travel(&self, inside: Inside, way: &Way, pairs: &mut Pairs, trail: &mut Trail) {
-        let steps = Steps { scene: &self.scene, sigma: &self.sigma, step: self.step };
+        let steps = Steps { scene: &self.scene, rates: &self.rates, step: self.step };
         let count = steps.march(inside, way, pairs, trail, |step, trail| {
             let Some(Solution { zones, stored, .. }) = &self.zonal else { return };
             let lights = stored.lights.len() as u32;
-            for (zone, share) in zones.around(step.place, self.scene.media.number(step.medium)) {
+            for (zone, share) in zones.around(step.place, step.medium.number) {
                 for light in 0..lights {
                     trail.stored((zones.count() as u32 + zone) * lights + light, step.weight * share);
                 }
@@ -102,10 +102,10 @@ impl Rest for March {
         media::glow(medium, media::column(&self.scene, medium, way), 1.0, trail);
         let depth = medium.extinction;
         zones.walk(&self.scene, inside, way, |zone, _, metres| {
-            if let (Some(absorption), true) = (medium.scattering, zone != NONE) {
+            if let (Some(part), true) = (medium.scattering, zone != NONE) {
                 trail.fork();
                 trail.branch();
-                trail.tint(&Tint::Glow { depth, absorption, metres });
+                trail.tint(&Tint::Glow { depth, part, metres });
                 for light in 0..lights {
                     trail.stored(zone * lights + light, 1.0);
                 }
@@ -145,7 +145,6 @@ impl Method for March {
     }
 
     fn stored(&self) -> &Stored {
-        static NOTHING: Stored = Stored { lights: Vec::new(), lanes: 0, data: Vec::new() };
         self.zonal.as_ref().map_or(&NOTHING, |z| &z.stored)
     }
 

@@ -13,11 +13,11 @@ use crate::render::march::zones::Zones;
 use crate::render::media::{Bodies, Lots};
 use crate::render::meeting::Meeting;
 use crate::render::sampler::Sampler;
+use crate::render::shade::{self, Pairs};
 use crate::render::stored::Stored;
 use crate::render::trail::Trail;
 use crate::render::wavelengths::Wavelengths;
-use crate::scene::light::Emission;
-use crate::scene::{Hit, Scene};
+use crate::scene::Scene;
 use crate::{Result, invalid};
 
 /// Steps of the balance at most, and the change at which it ends.
@@ -166,15 +166,9 @@ fn lit(scene: &Scene, zones: &Zones, rays: u32, wavelengths: &dyn Wavelengths) -
                     continue;
                 }
                 let Some(aim) = scene.lamps[lamp].aim(start.place, u) else { continue };
-                let before = trail.len();
-                match direct.light_of(start.place, lamp, &aim, None, Some(&mut bodies), &mut trail) {
-                    Some(share) => {
-                        let density = if aim.pdf.is_finite() { aim.pdf } else { 1.0 };
-                        let weight = 0.25 * std::f32::consts::FRAC_1_PI * share / density;
-                        trail.light(&aim.emission, weight, trail.len() - before);
-                    }
-                    None => trail.truncate(before),
-                }
+                let density = if aim.pdf.is_finite() { aim.pdf } else { 1.0 };
+                let weight = 0.25 * std::f32::consts::FRAC_1_PI / density;
+                direct.note(start.place, lamp, &aim, weight, &mut bodies, &mut trail);
             }
             wavelengths.gather(&trail, &Stored::default(), 1.0 / looks as f32, &mut sums);
         }
@@ -213,29 +207,12 @@ fn reflectance(scene: &Scene, zones: &Zones, number: usize, front: bool, wavelen
         let sampler = Sampler::new(number as u32, 0x3c6e_f372, i, 0);
         let [a, b] = sampler.pair(0);
         let square = [(tile.at[0] as f32 + a) / tile.of as f32, (tile.at[1] as f32 + b) / tile.of as f32];
-        let (point, normal) = patch.place(square);
-        let (bary, reach) = (patch.bary(square), point.abs().max_element());
-        let hit = Hit {
-            t: 0.0,
-            point,
-            normal,
-            surface: patch.surface,
-            primitive: patch.primitive,
-            placement: patch.placement,
-            bary,
-            reach,
-        };
+        let hit = patch.hit(square);
         let (site, shading) = scene.site(&hit, front);
-        let at = Meeting::new(&hit, front, shading, if front { -normal } else { normal });
+        let at = Meeting::new(&hit, front, shading, if front { -hit.normal } else { hit.normal });
         let mut lobes = Lobes::default();
         scene.materials[patch.surface.material as usize].lobes(&site, at.out, &mut lobes);
-        for lobe in lobes.iter().filter(|l| !l.kernel.transmits()) {
-            if let Some(turn) = lobe.kernel.sample(at.out, sampler.pair(1)) {
-                trail.branch();
-                trail.tint(&lobe.tint.turned(at.out, turn.inc));
-                trail.light(&Emission::one(0, 1.0), lobe.factor * turn.weight, 0);
-            }
-        }
+        shade::note_sent(&lobes, at.out, &mut Pairs::new(&sampler, 1), &mut trail);
     }
     let mut sums = vec![0f32; wavelengths.lanes() * (scene.lights.len() + 1)];
     wavelengths.gather(&trail, &Stored::default(), 1.0 / PLACES as f32, &mut sums);

@@ -11,8 +11,9 @@ use crate::material::Tint;
 use crate::medium::density::Way;
 use crate::medium::{Inside, Medium};
 use crate::render::direct::Direct;
+use crate::render::flight::Rates;
 use crate::render::media::{self, Bodies, Lots};
-use crate::render::shade::Pairs;
+use crate::render::shade::{FEW_LAMPS, Pairs};
 use crate::render::trail::Trail;
 use crate::scene::Scene;
 use crate::scene::light::Lamp;
@@ -21,8 +22,6 @@ use crate::scene::light::Lamp;
 const MOST_STEPS: usize = 4096;
 /// Wavelengths of which less is left count no more.
 const SEEN: f32 = 1e-7;
-/// So many lamps are all looked at; of more, one by lot.
-const FEW_LAMPS: usize = 8;
 
 /// One step of a way.
 pub struct Step<'a> {
@@ -32,8 +31,6 @@ pub struct Step<'a> {
     pub place: Vec3A,
     /// The way's direction, from the eye.
     pub direction: Vec3A,
-    /// Column of the step, m.
-    pub metres: f32,
     /// Of all that is noted, where it is no tint.
     pub weight: f32,
 }
@@ -42,8 +39,8 @@ pub struct Step<'a> {
 pub struct Steps<'a> {
     /// With its media.
     pub scene: &'a Scene,
-    /// Extinction coefficients of each medium that stand for all wavelengths, 1/m.
-    pub sigma: &'a [Vec<f32>],
+    /// Of each medium.
+    pub rates: &'a [Rates],
     /// Optical depth of a step, and its length over the distance to a lamp.
     pub step: f32,
 }
@@ -80,17 +77,10 @@ impl<'a> Steps<'a> {
             if metres > 0.0 {
                 trail.fork();
                 trail.branch();
-                let tint = Tint::Glow { depth, absorption: scattering, metres };
-                let share = match medium.grey {
-                    Some(g) => crate::material::tint::glow(g.absorption + g.scattering, g.scattering, metres),
-                    None => {
-                        trail.tint(&tint);
-                        1.0
-                    }
-                };
+                let share = media::note(medium, &Tint::Glow { depth, part: scattering, metres }, trail);
                 let at = media::reach(self.scene, medium, way, column + jitter * metres).unwrap_or(t);
                 let (place, direction, weighed) = (way.at(at), way.direction, weight * share);
-                let step = Step { medium, place, direction, metres, weight: weighed };
+                let step = Step { medium, place, direction, weight: weighed };
                 self.lamps(&step, inside, pairs, trail);
                 more(&step, trail);
                 trail.branch();
@@ -108,7 +98,7 @@ impl<'a> Steps<'a> {
 
     /// The end of the step that begins at `t`, and the column up to it.
     fn next(&self, medium: &Medium, way: &Way, t: f32, column: f32, all: f32) -> Option<(f32, f32)> {
-        let seen = self.sigma[self.scene.media.number(medium) as usize].iter().filter(|s| (-**s * column).exp() > SEEN);
+        let seen = self.rates[medium.number as usize].sigma().iter().filter(|s| (-**s * column).exp() > SEEN);
         let sigma = seen.fold(0.0f32, |a, b| a.max(*b));
         if sigma <= 0.0 {
             return None;
@@ -157,15 +147,9 @@ impl<'a> Steps<'a> {
         let Some(aim) = self.scene.lamps[lamp].aim(step.place, u) else { return };
         let value = step.medium.phase.value(0.5 * (aim.direction - step.direction).length_squared());
         let density = if aim.pdf.is_finite() { aim.pdf * chance } else { chance };
-        let before = trail.len();
         let mut lots = Lots::of(self.scene, pairs.sampler());
         let mut bodies = Bodies { inside, from: step.place, lots: &mut lots };
         let direct = Direct { scene: self.scene };
-        match direct.light_of(step.place, lamp, &aim, None, Some(&mut bodies), trail) {
-            Some(share) => {
-                trail.light(&aim.emission, step.weight * share * value / density, trail.len() - before);
-            }
-            None => trail.truncate(before),
-        }
+        direct.note(step.place, lamp, &aim, step.weight * value / density, &mut bodies, trail);
     }
 }

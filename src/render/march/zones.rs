@@ -101,7 +101,7 @@ impl Zones {
             let place = corner + Vec3A::new(a, b, c) * self.edge;
             let inside = scene.inside(place);
             let Some(medium) = scene.media.current(inside) else { continue };
-            let number = scene.media.number(medium);
+            let number = medium.number;
             if medium.scattering.is_none() && medium.glow.is_none() {
                 continue;
             }
@@ -179,7 +179,7 @@ impl Zones {
     /// Has each part of a way visited: its zone (or [`NONE`]) and its column in metres.
     pub fn walk(&self, scene: &Scene, inside: Inside, way: &Way, mut visit: impl FnMut(u32, u32, f32)) {
         let Some(medium) = scene.media.current(inside) else { return };
-        let number = scene.media.number(medium);
+        let number = medium.number;
         let (mut t, mut before) = (0.0f32, 0.0f32);
         let mut part = |zone: u32, to: f32| {
             let column = media::column(scene, medium, &way.up_to(to));

@@ -7,7 +7,7 @@ use glam::Vec3A;
 use crate::material::Tint;
 use crate::optics::dipole::Dipole;
 use crate::render::inks::Outline;
-use crate::render::lanes::GROUP;
+use crate::render::lanes::{self, GROUP};
 use crate::render::meeting::Meeting;
 use crate::render::path::{Beside, State, Tracer};
 use crate::render::sampler::Sampler;
@@ -79,7 +79,7 @@ impl<E: Beside> Tracer<'_, E> {
             let rest = (lots[0] - AXES[0]) / (1.0 - AXES[0]);
             if rest < 0.5 { (1, 2.0 * rest) } else { (2, 2.0 * rest - 1.0) }
         };
-        let r_m = dipoles.each[chosen(&shares, lot)].radius(lots[1].into());
+        let r_m = dipoles.each[lanes::chosen(&shares, lot)].radius(lots[1].into());
         // The normal first, then the tangents.
         let axes = [at.axes[2], at.axes[0], at.axes[1]];
         let (s, t, along) = (axes[(axis + 1) % 3], axes[(axis + 2) % 3], axes[axis]);
@@ -110,20 +110,6 @@ impl<E: Beside> Tracer<'_, E> {
         let axes = [x, y, shading];
         Some(Meeting { side: met.normal, point: met.point, reach: met.reach, axes, out: Vec3A::Z, interior: None })
     }
-}
-
-/// The eighth that a number in 0..1 chooses.
-fn chosen(shares: &[f32; GROUP], lot: f32) -> usize {
-    let mut left = lot;
-    let mut last = 0;
-    for (i, share) in shares.iter().enumerate().filter(|s| *s.1 > 0.0) {
-        last = i;
-        if left < *share {
-            break;
-        }
-        left -= share;
-    }
-    last
 }
 
 /// Surfaces of a material that a line crosses.

@@ -84,7 +84,7 @@ pub struct PathTracing {
 impl PathTracing {
     /// Of a scene whose spectra have this outline, for these wavelengths; with Stokes vectors or without.
     pub fn new(scene: Arc<Scene>, outline: Outline, options: Options, comb: Comb, polarised: bool) -> PathTracing {
-        let rates = scene.media.list.iter().map(|m| Rates::new(m, &outline, &scene.inks)).collect();
+        let rates = Rates::of(&scene.media, &outline);
         let by_phase = scene.media.list.iter().map(|m| volume::by_phase(&scene, m)).collect();
         let dipoles = (0..scene.inks.len() as u32).filter_map(|i| Some((i, Dipoles::new(&outline, i)?))).collect();
         let place = scene.camera.as_ref().and_then(|c| c.ray(0.5, 0.5, [0.5; 2])).map(|r| r.0);
@@ -455,7 +455,7 @@ impl<'a, E: Beside> Tracer<'a, E> {
     }
 
     fn rates(&self, medium: &Medium) -> &Rates {
-        &self.rates[self.scene.media.number(medium) as usize]
+        &self.rates[medium.number as usize]
     }
 
     /// Asks the lamps through a lobe and leaves the surface along it; false where the path ends by lot or has nowhere to go.

@@ -159,7 +159,7 @@ impl<E: Beside> Tracer<'_, E> {
         let flight = self.rates(medium).flight(self.outline, &state.outline);
         self.glance(medium, (&line, all), &flight, state, &pairs, trail);
         let found = match nulls {
-            true => self.fly_by_null_collisions(medium, scattering, &line, state, pairs[4], trail),
+            true => self.fly_by_null_collisions((medium, scattering), &line, &flight, state, pairs[4], trail),
             false => self.fly((medium, scattering), (&line, all), &flight, state, pairs[4], trail),
         };
         match found {
@@ -196,16 +196,15 @@ impl<E: Beside> Tracer<'_, E> {
     /// [Woodcock 1965; Miller 2019]. The exponentials of all wavelengths are that of the densest, and cancel.
     fn fly_by_null_collisions(
         &self,
-        medium: &Medium,
-        scattering: u32,
+        (medium, scattering): (&Medium, u32),
         line: &Line,
+        flight: &Flight,
         state: &mut State<E>,
         lots: [f32; 2],
         trail: &mut Trail,
     ) -> Option<f32> {
         let (depth, rates) = (medium.extinction, self.rates(medium));
-        let flight = rates.flight(self.outline, &state.outline);
-        let sigma = flight.chosen(lots[0]);
+        let sigma = flight.choose(lots[0]);
         // Each rate's density of what has happened, over the densest's.
         let mut odds: Vec<(f32, f32)> = flight.each().map(|(s, share)| (s / rates.most, share)).collect();
         let mut from = 0.0;
@@ -263,7 +262,7 @@ impl<E: Beside> Tracer<'_, E> {
         let (share, other) = (second.share(), second.density(place, column, scale, flight));
         let density = (1.0 - share) * scale * flight.density_within(column, all) + share * other;
         if density > 0.0 && scale > 0.0 {
-            let by_phase = self.by_phase[self.scene.media.number(medium) as usize];
+            let by_phase = self.by_phase[medium.number as usize];
             let glance =
                 Glance { medium, chosen_from, by_phase, place: line.at(place), column, density: density / scale };
             if choice[0] < by_phase {

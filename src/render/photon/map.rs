@@ -228,7 +228,7 @@ impl Plan<'_> {
         let medium = self.scene.media.current(p.inside)?;
         let line = media::between(p.from, p.direction, to);
         let all = media::column(self.scene, medium, &line);
-        let (depth, number) = (medium.extinction, self.scene.media.number(medium) as usize);
+        let (depth, number) = (medium.extinction, medium.number as usize);
         let Some(scattering) = medium.scattering else {
             self.dim(medium, &Tint::Inside { depth, metres: all }, p, way);
             return None;

@@ -82,8 +82,8 @@ pub struct PhotonMap {
     options: Options,
     maps: Maps,
     from_file: bool,
-    /// Extinction coefficients that stand for all wavelengths of each medium, 1/m.
-    sigma: Vec<Vec<f32>>,
+    /// Of each medium.
+    rates: Vec<Rates>,
     /// Radius about ways within which photons in media count, in the first map.
     beam: f32,
     /// Disks and the sum of their radii, in millionths of the scene's scale: sums that do not depend on the order.
@@ -102,7 +102,7 @@ impl PhotonMap {
     ) -> Result<PhotonMap> {
         parallel::ready();
         let Options { photons, passes, seed, memory, .. } = *options;
-        let rates: Vec<Rates> = scene.media.list.iter().map(|m| Rates::new(m, &outline, &scene.inks)).collect();
+        let rates = Rates::of(&scene.media, &outline);
         let asked = format!("{photons} {passes} {seed}");
         let known = options.solution.as_deref().map(|p| (p, Fingerprint::of(&scene, &asked, wavelengths)));
         let (maps, from_file) = solution::kept(
@@ -118,10 +118,9 @@ impl PhotonMap {
             bytes,
         )?;
         let (disks, radii) = Default::default();
-        let sigma = rates.iter().map(Rates::sigma).collect();
         let count = options.count.div_ceil(THINNED as u32) as f32;
         let beam = maps.volumes.first().map_or(0.0, |v| beams::radius(v, count));
-        Ok(PhotonMap { scene, options: options.clone(), maps, from_file, sigma, beam, disks, radii })
+        Ok(PhotonMap { scene, options: options.clone(), maps, from_file, rates, beam, disks, radii })
     }
 
     /// Notes the light that photons bring to a side of a place: as a white matt surface would show it, times `weight`.
@@ -149,7 +148,7 @@ impl PhotonMap {
             beams::note(&self.scene, photons, inside, way, self.beam * shrunk(pass).sqrt(), trail);
         }
         trail.branch();
-        let steps = Steps { scene: &self.scene, sigma: &self.sigma, step: self.options.step };
+        let steps = Steps { scene: &self.scene, rates: &self.rates, step: self.options.step };
         steps.march(inside, way, pairs, trail, |_, _| {});
     }
 

@@ -10,12 +10,10 @@ use crate::render::meeting::Meeting;
 use crate::render::radiosity::mesh::{Element, Mesh};
 use crate::render::radiosity::prepare::Workshop;
 use crate::render::sampler::Sampler;
-use crate::render::shade::Pairs;
+use crate::render::shade::{self, Pairs};
 use crate::render::stored::Stored;
 use crate::render::trail::Trail;
-use crate::scene::geometry::Patch;
-use crate::scene::light::Emission;
-use crate::scene::{Hit, ray};
+use crate::scene::ray;
 
 /// What an element fluoresces by, if it does: number of the ink, and the share of the area that it has.
 pub type Dye = Option<(u32, f32)>;
@@ -54,7 +52,7 @@ impl Workshop<'_> {
         trail.fork();
         for i in 0..PLACES {
             let sampler = Sampler::new(number, 0x7ed5_5d16, i, self.options.seed);
-            let hit = hit(&element.tile.patch, element.square(sampler.pair(0)));
+            let hit = element.tile.patch.hit(element.square(sampler.pair(0)));
             let away = lambert::cosine(sampler.pair(1));
             let (site, shading) = self.scene.site(&hit, element.front);
             let axis = if element.front { shading } else { -shading };
@@ -63,14 +61,7 @@ impl Workshop<'_> {
             let at = Meeting::new(&hit, element.front, shading, -out);
             let mut lobes = Lobes::default();
             self.scene.materials[hit.surface.material as usize].lobes(&site, at.out, &mut lobes);
-            let mut pairs = Pairs::new(&sampler, 2);
-            for lobe in lobes.iter().filter(|l| !l.kernel.transmits() && !l.kernel.is_straight()) {
-                if let Some(turn) = lobe.kernel.sample(at.out, pairs.pair()) {
-                    trail.branch();
-                    trail.tint(&lobe.tint.turned(at.out, turn.inc));
-                    trail.light(&Emission::one(0, 1.0), lobe.factor * turn.weight, 0);
-                }
-            }
+            shade::note_sent(&lobes, at.out, &mut Pairs::new(&sampler, 2), &mut trail);
         }
         let mut sums = vec![0f32; self.wavelengths.lanes()];
         self.wavelengths.gather(&trail, &Stored::default(), 1.0 / PLACES as f32, &mut sums);
@@ -81,7 +72,7 @@ impl Workshop<'_> {
     pub fn dyes(&self, mesh: &Mesh) -> Vec<Dye> {
         let dye = |number: usize| {
             let (_, element) = mesh.element(number as u32);
-            let hit = hit(&element.tile.patch, [0.5, 0.5]);
+            let hit = element.tile.patch.hit([0.5, 0.5]);
             let (site, _) = self.scene.site(&hit, element.front);
             let mut lobes = Lobes::default();
             self.scene.materials[hit.surface.material as usize].lobes(&site, Vec3A::Z, &mut lobes);
@@ -99,7 +90,7 @@ impl Workshop<'_> {
             }
             let area = tile.area;
             all += area;
-            let hit = hit(&tile.patch, [0.3, 0.3]);
+            let hit = tile.patch.hit([0.3, 0.3]);
             let shiny = [true, false].into_iter().filter(|front| mesh.is_awake(i, *front)).any(|front| {
                 let (site, _) = self.scene.site(&hit, front);
                 let mut lobes = Lobes::default();
@@ -110,20 +101,5 @@ impl Workshop<'_> {
             some += if shiny { area } else { 0.0 };
         }
         if all > 0.0 { some / all } else { 0.0 }
-    }
-}
-
-/// A point of a surface as a ray would have met it.
-fn hit(patch: &Patch, square: [f32; 2]) -> Hit {
-    let (point, normal) = patch.place(square);
-    Hit {
-        t: 0.0,
-        point,
-        normal,
-        surface: patch.surface,
-        primitive: patch.primitive,
-        placement: patch.placement,
-        bary: patch.bary(square),
-        reach: patch.reach(),
     }
 }

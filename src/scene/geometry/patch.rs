@@ -7,7 +7,7 @@ use glam::{DAffine3, Vec3A};
 
 use super::round::Round;
 use super::tree::Tree;
-use super::{Geometry, Group, Surface};
+use super::{Geometry, Group, Hit, Surface};
 use crate::scene::ray::frame;
 
 /// One surface where it lies in the scene.
@@ -56,6 +56,21 @@ impl Patch {
                 let turned = m.matrix3.inverse().transpose() * normal.as_dvec3();
                 (m.transform_point3(point.as_dvec3()).as_vec3a(), turned.normalize_or_zero().as_vec3a())
             }
+        }
+    }
+
+    /// A point of it as a ray would have met it.
+    pub fn hit(&self, square: [f32; 2]) -> Hit {
+        let (point, normal) = self.place(square);
+        Hit {
+            t: 0.0,
+            point,
+            normal,
+            surface: self.surface,
+            primitive: self.primitive,
+            placement: self.placement,
+            bary: self.bary(square),
+            reach: self.reach(),
         }
     }
 

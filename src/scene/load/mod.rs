@@ -66,8 +66,7 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     let polarization = keys.get::<bool>("polarization")?;
     let mut inks = Vec::new();
     let (media, mut interiors, glows) = read_media(&mut keys, folder, metres, &mut inks)?;
-    let everywhere = keys.get_spanned::<String>("medium")?;
-    let everywhere = everywhere.map(|(name, span)| number_of(&keys, &name, span, &interiors)).transpose()?;
+    let everywhere = interiors.named(&mut keys, "medium")?;
     let materials = materials::read_all(keys.tables("materials")?, folder, metres, &mut inks, &mut interiors)?;
     let effects = materials.iter().fold(Effects::default(), |e, m| e.or(m.1.effects()));
     let lights = keys.tables("lights")?.into_iter().map(|(name, k)| lights::read(name, k, metres, folder));
@@ -90,7 +89,7 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     let frame = shapes.frame(&groups);
     let (mut lights, lamps) = lights::settle(lights, &shapes.emitters, shapes.placed_emitters(&frame), &frame)?;
     let tree = LightTree::new(&lamps, &lights::power(&lights, &lamps, &frame)?);
-    let mut media = medium::read::settle(media, &interiors.bodies, everywhere)?;
+    let mut media = medium::read::settle(media, &interiors.bodies, &inks, everywhere)?;
     for medium in &mut media.list {
         medium.density = medium.density.within(frame.centre, frame.scale);
         medium.glow = medium.glow.map(|i| lights.len() as u32 + i);
@@ -131,14 +130,6 @@ fn read_media(keys: &mut Keys, folder: &Path, metres: f64, inks: &mut Vec<Ink>) 
     let names = media.iter().map(|m| m.name.clone()).collect();
     let reduced = media.iter().map(|m| m.reduced(inks)).collect();
     Ok((media, Interiors { names, reduced, bodies: Vec::new() }, glows))
-}
-
-/// Number of the medium that fills all space.
-fn number_of(keys: &Keys, name: &str, span: std::ops::Range<usize>, interiors: &Interiors) -> Result<u32> {
-    let known = interiors.names.iter().position(|n| n == name).map(|i| i as u32);
-    let shown = crate::error::printable(name.as_bytes());
-    let names = interiors.names.join(", ");
-    known.ok_or_else(|| keys.wrong_key("medium", span, &format!("no medium '{shown}'; there are {names}")))
 }
 
 /// Indices by name.
