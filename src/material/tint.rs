@@ -197,12 +197,14 @@ pub enum Tint {
         /// The part that comes through; its radiance is not squeezed.
         through: bool,
     },
-    /// A way through an absorbing body.
+    /// A way through an absorbing body, or one of a medium on which nothing happened, over the chance of that: exp(-sigma_t m) / p.
     Inside {
         /// Number of the optical depth of a metre.
         depth: u32,
         /// Its length.
         metres: f32,
+        /// 1 / p.
+        over: f32,
     },
     /// Light scattered in a medium after a way through it, over the density with which the way was drawn: sigma_s exp(-sigma_t m) / p.
     Collision {
@@ -366,7 +368,7 @@ impl Tint {
                 }
                 _ => 0.0,
             },
-            Tint::Inside { depth, metres } => simd::exp(-inks[depth as usize].depth(nm) * metres),
+            Tint::Inside { depth, metres, over } => over * simd::exp(-inks[depth as usize].depth(nm) * metres),
             Tint::Collision { depth, scattering, metres, over } => {
                 over * inks[scattering as usize].depth(nm) * simd::exp(-inks[depth as usize].depth(nm) * metres)
             }
@@ -464,6 +466,22 @@ impl Scattering {
 #[inline(always)]
 pub fn beneath(r: f32, k: f32) -> f32 {
     r * (1.0 - k) / (1.0 - k * r)
+}
+
+impl Tint {
+    /// Takes in a way through the same medium that follows on it: one exponential for both. False where it is none.
+    #[inline]
+    pub fn lengthen(&mut self, by: &Tint) -> bool {
+        let Tint::Inside { depth: other, metres: more, over: k } = *by else { return false };
+        match self {
+            Tint::Inside { depth, metres, over } | Tint::Collision { depth, metres, over, .. } if *depth == other => {
+                *metres += more;
+                *over *= k;
+                true
+            }
+            _ => false,
+        }
+    }
 }
 
 /// See [`Tint::Glow`].

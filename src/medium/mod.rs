@@ -59,6 +59,11 @@ pub struct Grey {
 }
 
 impl Medium {
+    /// What it leaves of light after so many metres of it.
+    pub fn inside(&self, metres: f32) -> Tint {
+        Tint::Inside { depth: self.extinction, metres, over: 1.0 }
+    }
+
     /// Reduced scattering coefficient sigma_s (1 - g), and the absorption coefficient, 1/m.
     pub fn reduced(&self, inks: &[Ink]) -> [Spectrum; 2] {
         let [absorption, scattering] = self.coefficients(inks);
@@ -79,7 +84,7 @@ impl Medium {
         let Grey { absorption, scattering } = self.grey?;
         let extinction = absorption + scattering;
         match *tint {
-            Tint::Inside { metres, .. } => Some(simd::exp(-extinction * metres)),
+            Tint::Inside { metres, over, .. } => Some(over * simd::exp(-extinction * metres)),
             Tint::Collision { metres, over, .. } => Some(over * scattering * simd::exp(-extinction * metres)),
             Tint::Glow { part, metres, .. } => {
                 let part = if Some(part) == self.scattering { scattering } else { absorption };

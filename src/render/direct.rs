@@ -90,7 +90,7 @@ impl Direct<'_> {
             } else {
                 value.f_cos / chance
             };
-        let before = trail.len();
+        let before = trail.aside();
         if lobe.tint.turns() {
             trail.tint(&lobe.tint.turned(at.out, inc));
         }
@@ -138,7 +138,7 @@ impl Direct<'_> {
 
     /// Notes that light, unpolarised, times a weight; nothing where something opaque stands between.
     pub fn note(&self, from: Vec3A, lamp: usize, aim: &Aim, weight: f32, bodies: &mut Bodies, trail: &mut Trail) {
-        let before = trail.len();
+        let before = trail.aside();
         match self.light_of(from, lamp, aim, None, Some(bodies), trail) {
             Some(share) => trail.light(&aim.emission, weight * share, trail.len() - before),
             None => trail.truncate(before),

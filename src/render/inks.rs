@@ -191,18 +191,17 @@ impl<const G: usize> Inks<G> {
         simd::wide(
             #[inline(always)]
             || match *tint {
-                Tint::Inside { depth, metres } => {
-                    light.multiply(&self.one(depth).map(|d| simd::exp(-d * metres)));
+                Tint::Inside { depth, metres, over } => {
+                    light.multiply_by([self.one(depth); 2], |d, _| over * simd::exp(-d * metres));
                 }
                 Tint::Collision { depth, scattering, metres, over } => {
-                    let (depth, scattering) = (self.one(depth), self.one(scattering));
-                    light.multiply(&depth.map2(scattering, |d, s| over * s * simd::exp(-d * metres)));
+                    let both = [depth, scattering].map(|i| self.one(i));
+                    light.multiply_by(both, |d, s| over * s * simd::exp(-d * metres));
                 }
                 Tint::Glow { depth, part, metres } => {
-                    let (depth, part) = (self.one(depth), self.one(part));
-                    light.multiply(&depth.map2(part, |d, p| tint::glow(d, p, metres)));
+                    light.multiply_by([depth, part].map(|i| self.one(i)), |d, p| tint::glow(d, p, metres));
                 }
-                Tint::Null { depth, share } => light.multiply(&self.one(depth).map(|d| 1.0 - d * share)),
+                Tint::Null { depth, share } => light.multiply_by([self.one(depth); 2], |d, _| 1.0 - d * share),
                 _ => {}
             },
         );

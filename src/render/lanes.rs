@@ -54,6 +54,16 @@ impl<const G: usize> Lanes<G> {
         }
     }
 
+    /// Lane by lane product with a function of others. All lanes are one row for it: of a long function the compiler would make vectors
+    /// across groups, gathered and scattered.
+    #[inline(always)]
+    pub fn multiply_by(&mut self, [a, b]: [&Self; 2], f: impl Fn(f32, f32) -> f32) {
+        let (a, b) = (a.0.as_flattened(), b.0.as_flattened());
+        for ((lane, a), b) in self.0.as_flattened_mut().iter_mut().zip(a).zip(b) {
+            *lane *= f(*a, *b);
+        }
+    }
+
     /// Every lane times k.
     #[inline(always)]
     pub fn scale(&mut self, k: f32) {

@@ -110,7 +110,7 @@ pub fn dim_way(scene: &Scene, medium: &Medium, way: &Way, lots: &mut Lots, trail
         return ratio_track(scene, medium, way, lots, trail);
     }
     let metres = column(scene, medium, way);
-    if metres > 0.0 { note(medium, &Tint::Inside { depth: medium.extinction, metres }, trail) } else { 1.0 }
+    if metres > 0.0 { note(medium, &medium.inside(metres), trail) } else { 1.0 }
 }
 
 /// The same by null collisions, each of which leaves what is not as dense as the densest medium around [Novak 2014].

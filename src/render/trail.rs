@@ -41,6 +41,8 @@ enum Step {
 #[derive(Clone, Debug, Default)]
 pub struct Trail {
     steps: Vec<Step>,
+    /// Notes before this one are those of the path, whatever is noted aside.
+    fence: usize,
     /// The axis, at right angles to the way, that polarised light at the eye is told by.
     pub frame: Vec3A,
 }
@@ -49,6 +51,14 @@ impl Trail {
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.steps.clear();
+        self.fence = 0;
+    }
+
+    /// From here on tints are those of one light alone, until it is noted. Returns the number of notes so far.
+    #[inline]
+    pub fn aside(&mut self) -> usize {
+        self.fence = self.steps.len();
+        self.fence
     }
 
     /// Number of notes.
@@ -70,6 +80,13 @@ impl Trail {
     /// What comes after this is tinted by it.
     #[inline]
     pub fn tint(&mut self, tint: &Tint) {
+        if let Tint::Inside { .. } = tint
+            && self.steps.len() > self.fence
+            && let Some(Step::Tint(last)) = self.steps.last_mut()
+            && last.lengthen(tint)
+        {
+            return;
+        }
         match tint {
             Tint::None => {}
             Tint::Fluorescent(ink) => self.steps.push(Step::Reradiate(*ink)),
@@ -280,6 +297,25 @@ mod tests {
     use super::*;
     use crate::material::Ink;
     use crate::spectral::{Sampling, Spectrum};
+
+    /// Ways through one medium that follow on each other are one note; never a look's with the path's before it.
+    #[test]
+    fn ways_are_joined_and_asides_are_not() {
+        let inside = |depth, metres| Tint::Inside { depth, metres, over: 2.0 };
+        let mut trail = Trail::default();
+        trail.tint(&inside(0, 1.0));
+        trail.tint(&inside(0, 3.0));
+        trail.tint(&inside(1, 3.0));
+        assert_eq!(trail.len(), 2);
+        assert!(matches!(trail.steps[0], Step::Tint(Tint::Inside { depth: 0, metres: 4.0, over: 4.0 })));
+        let before = trail.aside();
+        trail.tint(&inside(1, 5.0));
+        trail.tint(&inside(1, 5.0));
+        trail.light(&Emission::one(0, 1.0), 1.0, trail.len() - before);
+        trail.tint(&Tint::Collision { depth: 1, scattering: 0, metres: 1.0, over: 1.0 });
+        trail.tint(&inside(1, 1.0));
+        assert_eq!((before, trail.len()), (2, 5));
+    }
 
     /// Followed backward a trail gives what is carried forward by hand: through a fork, with tints that are a lamp's alone.
     #[test]

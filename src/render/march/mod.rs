@@ -111,7 +111,7 @@ impl Rest for March {
                 }
                 trail.branch();
             }
-            trail.tint(&Tint::Inside { depth, metres });
+            trail.tint(&medium.inside(metres));
         });
     }
 

@@ -64,7 +64,7 @@ impl<'a> Steps<'a> {
         media::glow(medium, all, 1.0, trail);
         let depth = medium.extinction;
         let Some(scattering) = medium.scattering else {
-            let share = media::note(medium, &Tint::Inside { depth, metres: all }, trail);
+            let share = media::note(medium, &medium.inside(all), trail);
             trail.scale(share);
             return 1;
         };
@@ -84,13 +84,13 @@ impl<'a> Steps<'a> {
                 self.lamps(&step, inside, pairs, trail);
                 more(&step, trail);
                 trail.branch();
-                weight *= media::note(medium, &Tint::Inside { depth, metres }, trail);
+                weight *= media::note(medium, &medium.inside(metres), trail);
             }
             (t, column) = (next_t, next);
         }
         // What is left beyond the last step that anybody sees.
         if all > column {
-            weight *= media::note(medium, &Tint::Inside { depth, metres: all - column }, trail);
+            weight *= media::note(medium, &medium.inside(all - column), trail);
         }
         trail.scale(weight);
         count

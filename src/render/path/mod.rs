@@ -571,7 +571,7 @@ impl<'a, E: Beside> Tracer<'a, E> {
         }
         for lamp in self.scene.tree.distant() {
             let Some((emission, pdf)) = self.scene.lamps[lamp].beyond(state.direction) else { continue };
-            let before = trail.len();
+            let before = trail.aside();
             if let Some(known) = state.beside.known().filter(|_| self.polarised) {
                 plane::lamp(&self.scene.lamps[lamp], state.direction, known.frame, trail);
             }

@@ -12,22 +12,23 @@ use crate::medium::Medium;
 use crate::medium::density::Way as Line;
 use crate::render::flight::{Equiangular, Flight};
 use crate::render::media::{self, Bodies};
-use crate::render::path::{
-    Beside, FIRST_PAIR, MOST_BOUNCES, MOST_SCATTERINGS, ODDS, PAIRS, ROULETTE_FROM, State, Tracer, Way,
-};
+use crate::render::path::{Beside, MOST_BOUNCES, MOST_SCATTERINGS, ROULETTE_FROM, State, Tracer, Way};
 use crate::render::plane;
 use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
 use crate::scene::light::Lamp;
 use crate::scene::{Hit, Scene};
 
-/// Pairs of a sampler's numbers that ways through media take, five each, numbered by ways.
+/// Pairs of a sampler's numbers that ways through media take, six each, numbered by ways.
 const FIRST: u32 = 0x2000_0000;
-const EACH: u32 = 5;
+const EACH: u32 = 6;
 /// Optical depth from which less light comes than anybody sees.
 const DEEP: f32 = 16.0;
 /// Where along a way lamps are chosen from, by how far light flies: what is near to any of these places is not left out.
 const QUANTILES: [f32; 3] = [0.15, 0.5, 0.85];
+/// A path may end by lot where it scatters, with a chance to go on of this times what it carries: measured on the fog box
+/// (docs/media.md).
+const ODDS: f32 = 1.5;
 /// Notes of a path at most: light that hardly ends must not take all memory.
 const MOST_NOTES: usize = 1 << 22;
 
@@ -47,9 +48,12 @@ fn last(hit: Option<&Hit>) -> f32 {
 }
 
 /// Share of looks from a medium that follow its phase function: as narrow as that is beside what lamps look like from the middle of
-/// the scene, at most half.
+/// the scene, at most half; none where it is nowhere as narrow as half a sky, which aiming at any lamp is.
 pub(super) fn by_phase(scene: &Scene, medium: &Medium) -> f32 {
     let peak = medium.phase.value(0.0).max(medium.phase.value(2.0));
+    if peak <= std::f32::consts::FRAC_1_PI * 0.5 {
+        return 0.0;
+    }
     let one = |lamp: &Lamp| lamp.aim(Vec3A::ZERO, [0.5; 2]).map_or(0.0, |aim| peak / (peak + aim.pdf));
     scene.lamps.iter().map(one).fold(0.0, f32::max).min(0.5)
 }
@@ -68,7 +72,7 @@ impl Second {
     /// Its share of all places.
     fn share(&self) -> f32 {
         match self {
-            Second::Angles(_) => 0.5,
+            Second::Angles(_) => 0.25,
             Second::Even(_) => 0.25,
             Second::Ends(_) => 0.3,
         }
@@ -80,7 +84,7 @@ impl Second {
             Second::Angles(angles) => angles.density(place),
             Second::Even(all) if column <= *all => scale / all,
             Second::Even(_) => 0.0,
-            Second::Ends(all) => 0.5 * scale * (1.0 / all + flight.density_within(all - column, *all)),
+            Second::Ends(all) => 0.5 * scale * (1.0 / all + flight.density_within(all - column)),
         }
     }
 }
@@ -136,7 +140,7 @@ impl<E: Beside> Tracer<'_, E> {
         let line = media::between(known.from, state.direction, hit.map(|h| h.point));
         let scatters = medium.scattering.filter(|_| state.bounce < self.max_bounces);
         let nulls = medium.density.by_null_collisions();
-        let all = if nulls && medium.glow.is_none() { f32::NAN } else { media::column(self.scene, medium, &line) };
+        let all = media::column(self.scene, medium, &line);
         if all == 0.0 {
             return Passed::Through;
         }
@@ -144,7 +148,7 @@ impl<E: Beside> Tracer<'_, E> {
         let Some(scattering) = scatters else {
             match nulls {
                 true => state.weight *= media::ratio_track(self.scene, medium, &line, &mut known.lots, trail),
-                false => self.dim(medium, state, &Tint::Inside { depth: medium.extinction, metres: all }, trail),
+                false => self.dim(medium, state, &medium.inside(all), trail),
             }
             return Passed::Through;
         };
@@ -155,17 +159,18 @@ impl<E: Beside> Tracer<'_, E> {
             self.endless();
             return Passed::Ended;
         }
-        let pairs = [0, 1, 2, 3, 4].map(|i| sampler.pair(FIRST + EACH * number + i));
-        let flight = self.rates(medium).flight(self.outline, &state.outline);
-        self.glance(medium, (&line, all), &flight, state, &pairs, trail);
+        let first = FIRST + EACH * number;
+        let ([lots, places, for_way], [choice, flown, for_turn]) = (sampler.three(first), sampler.three(first + 3));
+        let flight = self.rates(medium).flight(self.outline, &state.outline, all);
+        self.glance(medium, (&line, all), &flight, state, [lots, places, for_way, choice], trail);
         let found = match nulls {
-            true => self.fly_by_null_collisions((medium, scattering), &line, &flight, state, pairs[4], trail),
-            false => self.fly((medium, scattering), (&line, all), &flight, state, pairs[4], trail),
+            true => self.fly_by_null_collisions((medium, scattering), &line, &flight, state, flown, trail),
+            false => self.fly((medium, scattering), (&line, all), &flight, state, flown, trail),
         };
         match found {
             None => Passed::Through,
             // Not beyond the surface, by rounding.
-            Some(t) => self.scatter(medium, line.at(t.min(line.length - last(hit))), state, sampler, trail),
+            Some(t) => self.scatter(medium, line.at(t.min(line.length - last(hit))), state, (lots[1], for_turn), trail),
         }
     }
 
@@ -186,8 +191,8 @@ impl<E: Beside> Tracer<'_, E> {
             let over = 1.0 / flight.density(column);
             self.dim(medium, state, &Tint::Collision { depth, scattering, metres: column, over }, trail);
         } else {
-            state.weight /= flight.survival(all);
-            self.dim(medium, state, &Tint::Inside { depth, metres: all }, trail);
+            let over = 1.0 / flight.survival();
+            self.dim(medium, state, &Tint::Inside { depth, metres: all, over }, trail);
         }
         reached
     }
@@ -235,19 +240,13 @@ impl<E: Beside> Tracer<'_, E> {
         (line, all): (&Line, f32),
         flight: &Flight,
         state: &mut State<E>,
-        &[for_near, places, for_way, choice, _]: &[[f32; 2]; EACH as usize],
+        [lots, places, for_way, choice]: [[f32; 2]; 4],
         trail: &mut Trail,
     ) {
-        let all = if all.is_nan() { media::column(self.scene, medium, line) } else { all };
-        // Where the lamp is chosen says nothing of where it is looked at: else the shares of both ways to it would not sum to 1.
-        let quantile =
-            |q: f32| media::reach(self.scene, medium, line, flight.within(all, [for_near[0], q])).unwrap_or(0.0);
-        let chosen_from = QUANTILES.map(|q| line.at(quantile(q)));
         let mut for_lamp = for_way;
-        let first = chosen_from[((choice[1] * QUANTILES.len() as f32) as usize).min(QUANTILES.len() - 1)];
-        let Some((lamp, _)) = self.scene.tree.choose(first, None, &mut for_lamp[0]) else { return };
-        let chance = self.chance(lamp, &chosen_from);
-        let pivot = self.scene.lamps[lamp].aim(first, for_lamp).and_then(|aim| aim.point);
+        let chosen_from = self.vantages(medium, line, flight, lots[0]);
+        let Some((lamp, chance)) = self.choose(&chosen_from, choice[1], &mut for_lamp[0]) else { return };
+        let pivot = self.scene.lamps[lamp].pivot(for_lamp);
         let angles = pivot.and_then(|p| {
             let foot = (p - line.origin).dot(line.direction);
             Equiangular::new(foot, (p - line.at(foot)).length(), line.length)
@@ -257,10 +256,10 @@ impl<E: Beside> Tracer<'_, E> {
             None if all > DEEP / flight.least() => Second::Even(DEEP / flight.least()),
             None => Second::Ends(all),
         };
-        let Some((place, column)) = self.place(medium, line, all, flight, &second, places) else { return };
+        let Some((place, column)) = self.place(medium, line, flight, &second, places) else { return };
         let scale = media::density(self.scene, medium, line.at(place));
         let (share, other) = (second.share(), second.density(place, column, scale, flight));
-        let density = (1.0 - share) * scale * flight.density_within(column, all) + share * other;
+        let density = (1.0 - share) * scale * flight.density_within(column) + share * other;
         if density > 0.0 && scale > 0.0 {
             let by_phase = self.by_phase[medium.number as usize];
             let glance =
@@ -271,6 +270,29 @@ impl<E: Beside> Tracer<'_, E> {
                 self.look_from(&glance, line.direction, state, (lamp, chance), for_lamp, trail);
             }
         }
+    }
+
+    /// Places of a way from which a lamp is chosen, where there is a choice. They say nothing of where it is looked at: else the shares
+    /// of both ways to it would not sum to 1.
+    fn vantages(&self, medium: &Medium, line: &Line, flight: &Flight, lot: f32) -> [Vec3A; QUANTILES.len()] {
+        let mut places = [line.origin; QUANTILES.len()];
+        if self.scene.lamps.len() > 1 {
+            for (place, q) in places.iter_mut().zip(QUANTILES) {
+                let column = flight.within([lot, q]);
+                *place = line.at(media::reach(self.scene, medium, line, column).unwrap_or(0.0));
+            }
+        }
+        places
+    }
+
+    /// Chooses a lamp from one of these places, with its chance from any of them; a number that helps comes back in 0..1.
+    fn choose(&self, from: &[Vec3A], lot: f32, u: &mut f32) -> Option<(usize, f32)> {
+        if self.scene.lamps.len() == 1 {
+            return Some((0, 1.0));
+        }
+        let place = from[((lot * from.len() as f32) as usize).min(from.len() - 1)];
+        let (lamp, _) = self.scene.tree.choose(place, None, u)?;
+        Some((lamp, self.chance(lamp, from)))
     }
 
     /// Chance of a lamp, chosen from any of these places.
@@ -286,7 +308,6 @@ impl<E: Beside> Tracer<'_, E> {
         &self,
         medium: &Medium,
         line: &Line,
-        all: f32,
         flight: &Flight,
         second: &Second,
         [lot, other]: [f32; 2],
@@ -294,13 +315,13 @@ impl<E: Beside> Tracer<'_, E> {
         let reach = |column: f32| Some((media::reach(self.scene, medium, line, column)?, column));
         let share = second.share();
         if lot >= share {
-            return reach(flight.within(all, [other, (lot - share) / (1.0 - share)]));
+            return reach(flight.within([other, (lot - share) / (1.0 - share)]));
         }
         let lot = lot / share;
         match second {
             Second::Even(column) => reach(lot * column),
             Second::Ends(all) if lot < 0.5 => reach(2.0 * lot * all),
-            Second::Ends(all) => reach((all - flight.within(*all, [other, 2.0 * lot - 1.0])).max(0.0)),
+            Second::Ends(all) => reach((all - flight.within([other, 2.0 * lot - 1.0])).max(0.0)),
             Second::Angles(angles) => {
                 let place = angles.place(lot);
                 let within = place > 0.0 && place < line.length;
@@ -328,7 +349,7 @@ impl<E: Beside> Tracer<'_, E> {
             value / (chance * (1.0 - by_phase))
         };
         let Some(known) = state.beside.known() else { return };
-        let before = trail.len();
+        let before = trail.aside();
         let weight = weight * glance.collision(trail) * state.weight;
         let mut frame = self.polarised.then_some(known.frame);
         if let Some(frame) = &mut frame {
@@ -347,7 +368,7 @@ impl<E: Beside> Tracer<'_, E> {
         let (toward, versine) = medium.phase.turned(direction, u);
         let value = medium.phase.value(versine);
         let Some(known) = state.beside.known() else { return };
-        let before = trail.len();
+        let before = trail.aside();
         let weight = glance.collision(trail) * state.weight * value;
         let mut frame = self.polarised.then_some(known.frame);
         if let Some(frame) = &mut frame {
@@ -396,17 +417,16 @@ impl<E: Beside> Tracer<'_, E> {
         medium: &Medium,
         place: Vec3A,
         state: &mut State<E>,
-        sampler: &Sampler,
+        (lot, for_turn): (f32, [f32; 2]),
         trail: &mut Trail,
     ) -> Passed {
-        let [lots, _, for_turn] = sampler.three(FIRST_PAIR + PAIRS * state.bounce);
         let carried = state.weight * self.outline.value(&state.outline);
         if carried.is_nan() || carried <= 0.0 {
             return Passed::Ended;
         }
         let odds = ODDS * carried / state.share;
         if state.bounce >= ROULETTE_FROM && odds < 1.0 {
-            if lots[1] >= odds {
+            if lot >= odds {
                 return Passed::Ended;
             }
             state.weight /= odds;

@@ -6,7 +6,6 @@
 
 use glam::Vec3A;
 
-use crate::material::Tint;
 use crate::medium::density::Way;
 use crate::medium::{Inside, Medium};
 use crate::render::media;
@@ -42,6 +41,6 @@ pub fn note(scene: &Scene, photons: &[Photon], inside: Inside, way: &Way, radius
 fn branch(scene: &Scene, medium: &Medium, way: &Way, photon: &Photon, weight: f32, trail: &mut Trail) {
     trail.branch();
     let metres = media::column(scene, medium, way);
-    let share = media::note(medium, &Tint::Inside { depth: medium.extinction, metres }, trail);
+    let share = media::note(medium, &medium.inside(metres), trail);
     trail.stored(photon.row, weight * share);
 }

@@ -230,15 +230,15 @@ impl Plan<'_> {
         let all = media::column(self.scene, medium, &line);
         let (depth, number) = (medium.extinction, medium.number as usize);
         let Some(scattering) = medium.scattering else {
-            self.dim(medium, &Tint::Inside { depth, metres: all }, p, way);
+            self.dim(medium, &medium.inside(all), p, way);
             return None;
         };
-        let flight = self.rates[number].flight(self.outline, &p.outline);
+        let flight = self.rates[number].flight(self.outline, &p.outline, all);
         let column = flight.column(lots);
         let reached = if column < all { media::reach(self.scene, medium, &line, column) } else { None };
         let Some(t) = reached else {
-            p.flux /= flight.survival(all);
-            self.dim(medium, &Tint::Inside { depth, metres: all }, p, way);
+            let over = 1.0 / flight.survival();
+            self.dim(medium, &Tint::Inside { depth, metres: all, over }, p, way);
             return None;
         };
         let over = 1.0 / flight.density(column);

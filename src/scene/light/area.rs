@@ -94,14 +94,19 @@ impl Flat {
         Place { point, normal: self.normal, direction: (point - from).normalize(), pdf: 1.0 / seen.solid_angle }
     }
 
-    fn place(&self, from: Vec3A, [s, t]: [f32; 2]) -> Option<Place> {
+    /// Any place of the area as likely as any other.
+    fn spot(&self, [s, t]: [f32; 2]) -> Vec3A {
         let (a, b) = if self.triangle {
             let root = s.sqrt();
             (root * (1.0 - t), root * t)
         } else {
             (s, t)
         };
-        let point = self.corner + self.sides[0] * a + self.sides[1] * b;
+        self.corner + self.sides[0] * a + self.sides[1] * b
+    }
+
+    fn place(&self, from: Vec3A, s: [f32; 2]) -> Option<Place> {
+        let point = self.spot(s);
         let to = point - from;
         let along = -to.dot(self.normal);
         (along > 0.0).then(|| {
@@ -235,6 +240,22 @@ impl Emitter {
         let Place { point, normal, direction, pdf } = self.place(from, u)?;
         let emission = self.emission(-direction.dot(normal));
         Some(Aim { direction, point: Some(ray::offset(point, normal, self.reach)), pdf, emission })
+    }
+
+    /// A place of it, whoever looks: any of its area as likely as any other, but for round ones, whose middle or axis does.
+    pub fn pivot(&self, [s, t]: [f32; 2]) -> Vec3A {
+        match (&self.flat, &self.shape) {
+            (Some(flat), _) => flat.spot([s, t]),
+            (None, Shape::Sphere { center, .. }) => center.as_vec3a(),
+            (None, Shape::Cylinder { base, axis, .. }) => (*base + *axis * f64::from(s)).as_vec3a(),
+            (None, Shape::Disk { center, normal, radius }) => {
+                let (x, y) = normal.any_orthonormal_pair();
+                let (sin, cos) = (2.0 * PI * f64::from(t)).sin_cos();
+                (*center + (x * cos + y * sin) * (radius * f64::from(s).sqrt())).as_vec3a()
+            }
+            // Flat ones all have it.
+            (None, Shape::Rectangle { corner, .. } | Shape::Triangle([corner, ..])) => corner.as_vec3a(),
+        }
     }
 
     /// Chooses a place as seen from `from`; `None` where the front cannot be seen.

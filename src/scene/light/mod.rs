@@ -79,6 +79,15 @@ impl Lamp {
         }
     }
 
+    /// A place of it by two numbers in 0..1, as likely as any other; `None` beyond the scene.
+    pub fn pivot(&self, u: [f32; 2]) -> Option<Vec3A> {
+        match self {
+            Lamp::Area(e) => Some(e.pivot(u)),
+            Lamp::Point(p) => Some(p.place),
+            Lamp::Sun(_) | Lamp::Environment(_) => None,
+        }
+    }
+
     /// From beyond the scene: radiance in a direction and the density with which [`Lamp::aim`] finds it.
     pub fn beyond(&self, direction: Vec3A) -> Option<(Emission, f32)> {
         match self {
