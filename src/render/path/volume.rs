@@ -11,7 +11,7 @@ use crate::material::Tint;
 use crate::medium::Medium;
 use crate::medium::density::Way as Line;
 use crate::render::flight::{Equiangular, Flight};
-use crate::render::media::{self, Bodies};
+use crate::render::media::{self, Bodies, Lots};
 use crate::render::path::{Beside, MOST_BOUNCES, MOST_SCATTERINGS, ROULETTE_FROM, State, Tracer, Way};
 use crate::render::plane;
 use crate::render::sampler::Sampler;
@@ -170,7 +170,14 @@ impl<E: Beside> Tracer<'_, E> {
         match found {
             None => Passed::Through,
             // Not beyond the surface, by rounding.
-            Some(t) => self.scatter(medium, line.at(t.min(line.length - last(hit))), state, (lots[1], for_turn), trail),
+            Some(t) => {
+                let place = line.at(t.min(line.length - last(hit)));
+                if state.bounce == 0 && self.split > 1 {
+                    self.spread(medium, place, state, first, sampler, trail);
+                    return Passed::Ended;
+                }
+                self.scatter(medium, place, state, (lots[1], for_turn), trail)
+            }
         }
     }
 
@@ -407,6 +414,31 @@ impl<E: Beside> Tracer<'_, E> {
                 if first {
                     trail.truncate(before);
                 }
+            }
+        }
+    }
+
+    /// Several paths go on from where light scatters that has met no surface before, as they do from a surface.
+    fn spread(
+        &self,
+        medium: &Medium,
+        place: Vec3A,
+        state: &mut State<E>,
+        first: u32,
+        sampler: &Sampler,
+        trail: &mut Trail,
+    ) {
+        let share = 1.0 / self.split as f32;
+        state.share *= share;
+        state.weight *= share;
+        trail.fork();
+        for k in 0..self.split {
+            let (mut state, sampler) = (state.clone(), sampler.branch(k, self.split));
+            state.beside.known().into_iter().for_each(|known| known.lots = Lots::of(self.scene, &sampler));
+            trail.branch();
+            let for_turn = sampler.pair(first + EACH - 1);
+            if let Passed::Scattered = self.scatter(medium, place, &mut state, (0.0, for_turn), trail) {
+                self.follow(state, &sampler, trail);
             }
         }
     }
