@@ -102,7 +102,7 @@ pub struct Spectrace {
     /// Paths a pixel; powers of two share the pixel best. With --error the most
     #[arg(long, value_name = "N", default_value_t = 64, help_heading = "Effort")]
     pub samples: u32,
-    /// Paths that go on from the first surface of each, and look at its lamps
+    /// Paths that go on from the first surface of each, or where it first scatters, and look at the lamps
     #[arg(long, value_name = "N", default_value_t = 4, help_heading = "Effort")]
     pub split: u32,
     /// As many paths as each pixel needs for this relative standard error of Y
