@@ -9,7 +9,7 @@ FUZZ_TARGETS := $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
 FUZZ_SECONDS ?= 60
 FUZZ_LIMITS := -rss_limit_mb=512 -timeout=10 -max_len=65536
 
-.PHONY: all demo test lint fuzz bench bench-rays bench-render bench-methods bench-effects bench-media mesh accuracy man paper-colour paper-encodings paper-tone intents install clean
+.PHONY: all demo test lint fuzz bench bench-rays bench-render bench-methods bench-effects bench-media bench-plan mesh accuracy man paper-colour paper-encodings paper-tone intents install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -61,6 +61,10 @@ bench-methods: all
 # What polarization, fluorescence and dispersion cost; EFFECTS_BEFORE=PROGRAM counts scenes without any beside an earlier spectrace.
 bench-effects: all
 	$(CARGO) bench --locked --bench effects
+
+# Random rooms by their plans and in full bands on the same paths.
+bench-plan:
+	$(CARGO) bench --locked --bench plan
 
 # The solvers of Eq. (2), error beside time; the march's steps; the dipole beside transport. PART=fog, steps or dipole for one.
 bench-media: all

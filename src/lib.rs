@@ -146,6 +146,7 @@ pub mod options;
 pub mod parallel;
 pub mod photometry;
 pub mod pipeline;
+pub mod plan;
 pub mod plot;
 pub mod render;
 pub mod scene;

@@ -42,7 +42,11 @@ fn renders_lie_within_tolerance_and_error() {
     });
     for (case, how) in all.iter().flat_map(|c| c.methods().map(move |how| (c, how))) {
         let start = Instant::now();
-        let got = case.by(how, 2.0, Duration::from_secs(2));
+        let mut got = case.by(how, 2.0, Duration::from_secs(2));
+        if case.values.iter().zip(&got).any(|(v, g)| g.standard_error > 5.0 * v.tolerance) {
+            // Enough on a machine that has nothing else to do.
+            got = case.by(how, 2.0, Duration::from_secs(10));
+        }
         let (mut worst, mut noise) = (0.0f64, 0.0f64);
         for (v, g) in case.values.iter().zip(&got) {
             let off = (g.value - v.want).abs();

@@ -16,6 +16,7 @@ mod ra_png;
 mod ra_rgbe;
 mod spec2xyz;
 mod specmat;
+pub mod specplan;
 mod specprobe;
 pub mod spectrace;
 mod vonkries;
@@ -37,6 +38,7 @@ pub use ra_png::RaPng;
 pub use ra_rgbe::RaRgbe;
 pub use spec2xyz::Spec2xyz;
 pub use specmat::Specmat;
+pub use specplan::Specplan;
 pub use specprobe::Specprobe;
 pub use spectrace::Spectrace;
 pub use vonkries::Vonkries;
@@ -123,6 +125,7 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Picinfo>::NEW,
     &Entry::<Specmat>::NEW,
     &Entry::<Specprobe>::NEW,
+    &Entry::<Specplan>::NEW,
     &Entry::<Pcompare>::NEW,
     &Entry::<Pdisplay>::NEW,
     &Entry::<Pglare>::NEW,

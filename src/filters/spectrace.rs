@@ -9,7 +9,10 @@ use clap::{Args, ValueEnum, ValueHint};
 use serde::{Deserialize, Serialize};
 
 use crate::filter::{Filter, Product, Run};
+use crate::notes::Notes;
 use crate::options::{Numbers, Range, lossy};
+use crate::plan::file::Wavelengths;
+use crate::plan::{self, Wish};
 use crate::render::checkpoint::{Checkpoint, fingerprint};
 use crate::render::estimate::{Effort, FEWEST_PATHS, MOST_WAVELENGTHS, Quantity as Measured, What, estimator};
 use crate::render::method::Choice;
@@ -19,7 +22,7 @@ use crate::render::rays::Lines;
 use crate::render::report::Report;
 use crate::render::{local, march, path, photon, radiosity};
 use crate::scene::{Scene, load};
-use crate::spectral::{Observer, Sampling};
+use crate::spectral::{Observer, Rule, Sampling};
 use crate::stream::Picture;
 use crate::stream::output::Output;
 use crate::{Error, Result, clap_defaults, usage};
@@ -76,6 +79,9 @@ pub enum Shown {
 const EXCITING: Range = Range(300.0, 780.0);
 const EXCITED_BANDS: usize = 96;
 
+/// Pixels that a plan made on the way is tried on.
+const PILOT: usize = 1000;
+
 /// Options of `spectrace`.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
@@ -96,6 +102,16 @@ pub struct Spectrace {
     /// Points that paths carry instead, nm: 450,550,650
     #[arg(long, value_name = "LIST")]
     pub wavelengths: Option<Numbers>,
+    /// What specplan found that the scene needs: a few wavelengths, or bands
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["wavelengths", "bands", "range"])]
+    #[serde(serialize_with = "lossy")]
+    pub plan: Option<PathBuf>,
+    /// Find that here, for a colour error of any pixel, Delta E 2000
+    #[arg(long, value_name = "DE", conflicts_with_all = ["plan", "wavelengths", "bands", "range"])]
+    pub tolerance: Option<f64>,
+    /// With --tolerance: dark pixels are looked at up to so many times brighter
+    #[arg(long, value_name = "FACTOR", default_value_t = 10.0, requires = "tolerance")]
+    pub gain: f64,
     /// Wavelengths that count, nm; from 300 where a surface fluoresces, in 96 bands, unless given
     #[arg(long, value_name = "A:B", default_value = "380:780")]
     pub range: Range,
@@ -193,7 +209,31 @@ pub struct Spectrace {
 clap_defaults!(Spectrace);
 
 impl Spectrace {
-    fn measured(&self, scene: &Scene) -> Result<Measured> {
+    /// The few wavelengths of a plan, or of one made here.
+    fn few(&self, scene: &Arc<Scene>, notes: &Notes) -> Result<Option<Rule>> {
+        if (self.plan.is_some() || self.tolerance.is_some()) && (self.quantity != Quantity::Xyz || self.report) {
+            return usage!("--plan and --tolerance go with --output xyz: a few wavelengths are no spectrum");
+        }
+        if let Some(path) = &self.plan {
+            return Ok(match plan::file::read(path, scene)? {
+                Wavelengths::Few(rule) => Some(rule),
+                Wavelengths::Bands => None,
+            });
+        }
+        let Some(tolerance) = self.tolerance else { return Ok(None) };
+        let (plan, pilot) = Wish::new(tolerance, self.gain, PILOT)?.plan(scene)?;
+        let count = plan.chosen.as_ref().map_or(self.bands, |c| c.rule.nodes_nm.len());
+        let tried = pilot.map_or(String::new(), |p| format!("; worst of {} pixels tried {:.3}", p.pixels, p.worst));
+        notes.add(format!("--tolerance {tolerance}: {count} wavelengths; {}{tried}", plan.why));
+        Ok(plan.chosen.map(|c| c.rule))
+    }
+
+    fn measured(&self, scene: &Arc<Scene>, notes: &Notes) -> Result<Measured> {
+        if let Some(rule) = self.few(scene, notes)? {
+            let sampling = Sampling::points(rule.nodes_nm.clone())?;
+            let range_nm = plan::survey::RANGE_NM;
+            return Ok(Measured { sampling, range_nm, what: What::Xyz, seed: self.seed, rule: Some(Arc::new(rule)) });
+        }
         let plain = Spectrace::default();
         // What cannot be seen may come back as light, and bands stay as fine.
         let excited = scene.fluoresces() && self.range == plain.range;
@@ -218,7 +258,7 @@ impl Spectrace {
             Quantity::Stokes => What::Stokes,
             Quantity::Xyz => What::Xyz,
         };
-        Ok(Measured { sampling, range_nm: (from, to), what, seed: self.seed })
+        Ok(Measured { sampling, range_nm: (from, to), what, seed: self.seed, rule: None })
     }
 
     /// The method, and that no other's options were given.
@@ -401,9 +441,9 @@ impl Spectrace {
 
     /// Rays or points from standard input.
     fn lines(self, scene: Scene, run: &Run) -> Result<Product> {
-        let (quantity, choice) = (self.measured(&scene)?, self.choice(&scene, run)?);
-        let Work::Each(effort) = self.effort()? else { return usage!("--time is for pictures") };
         let scene = Arc::new(scene);
+        let (quantity, choice) = (self.measured(&scene, &run.notes)?, self.choice(&scene, run)?);
+        let Work::Each(effort) = self.effort()? else { return usage!("--time is for pictures") };
         let estimate = estimator(scene.clone(), &quantity, &choice)?;
         let lines = Lines {
             scene,
@@ -432,11 +472,11 @@ impl Spectrace {
     }
 
     /// The checkpoint file, which must be of this very picture.
-    fn checkpoint(&self, scene: &Scene, path: &Path, run: &Run) -> Result<Option<Checkpoint>> {
+    fn checkpoint(&self, scene: &Scene, path: &Path, rule: Option<&Rule>, run: &Run) -> Result<Option<Checkpoint>> {
         let Some(file) = &self.checkpoint else { return Ok(None) };
         let text = std::fs::read(path).map_err(|e| Error::io(path.display().to_string(), e))?;
         let spectra = format!("{:?} {:?}", scene.inks, scene.lights);
-        let rows = format!("{:?} {}", self.rows, scene.geometry.len());
+        let rows = format!("{:?} {} {rule:?}", self.rows, scene.geometry.len());
         let parts: [&[u8]; 4] = [&text, spectra.as_bytes(), &run.history, rows.as_bytes()];
         Checkpoint::open(file, fingerprint(&parts)).map(Some)
     }
@@ -490,15 +530,17 @@ impl Filter for Spectrace {
         let camera = camera.resized(self.width, self.height)?;
         let rows = self.row_range(camera.height)?;
         scene.camera = Some(camera);
-        let quantity = self.measured(&scene)?;
+        let scene = Arc::new(scene);
+        let quantity = self.measured(&scene, &run.notes)?;
         note_lost_light(&scene, quantity.range_nm, run)?;
+        let checkpoint = self.checkpoint(&scene, path, quantity.rule.as_deref(), run)?;
         let job = Job {
             quantity,
             method: self.choice(&scene, run)?,
             effort: self.effort()?,
             rows,
             progress: !run.options.quiet && std::io::stderr().is_terminal(),
-            checkpoint: self.checkpoint(&scene, path, run)?,
+            checkpoint,
             notes: run.notes.clone(),
         };
         // What gives the same bytes again: the number of paths in place of the time.

@@ -182,6 +182,9 @@ impl Direct<'_> {
             } else {
                 None
             };
+            if within && hit.is_none() {
+                self.surface(from, bodies.as_deref_mut());
+            }
             let beyond = |hit: &Hit| aim.point.is_some_and(|p| hit.t >= (p - from).dot(aim.direction));
             let Some(hit) = hit.filter(|h| h.surface.emitter != Some(lamp as u32) && !(within && beyond(h))) else {
                 return Some(share * self.open_way(lamp, aim, frame, bodies, trail));
@@ -190,6 +193,13 @@ impl Direct<'_> {
             (share, from) = (share * left, next);
         }
         None
+    }
+
+    /// There is no way out of the bodies that a place is in: it lies so near to their surface that rounding has put it beyond.
+    fn surface(&self, from: Vec3A, bodies: Option<&mut Bodies>) {
+        if let Some(bodies) = bodies.filter(|b| !b.inside.is_empty()) {
+            bodies.inside = self.scene.inside(from);
+        }
     }
 
     /// What is met along a direction, through panes: a lamp's surface, or nothing (what lies beyond the scene); `None` where it is opaque.
@@ -207,6 +217,9 @@ impl Direct<'_> {
             let hit = self.scene.geometry.closest(from, direction);
             let lamp = hit.filter(|h| h.surface.emitter.is_some() && h.normal.dot(direction) < 0.0);
             if hit.is_none() || lamp.is_some() {
+                if hit.is_none() {
+                    self.surface(from, bodies.as_deref_mut());
+                }
                 if let Some(bodies) = bodies {
                     share *= media::dim(self.scene, bodies, direction, lamp.map(|h| h.point), trail);
                 }

@@ -24,7 +24,7 @@ use crate::render::trail::{Arrived, Trail};
 use crate::render::wavelengths::Carried;
 use crate::scene::{Scene, ray};
 use crate::simd;
-use crate::spectral::{Observer, Sampling, Spectrum, builtin};
+use crate::spectral::{Observer, Rule, Sampling, Spectrum, builtin};
 use crate::units::K_M;
 use crate::{Error, Result, invalid};
 
@@ -56,6 +56,8 @@ pub struct Quantity {
     pub what: What,
     /// Another seed, another noise.
     pub seed: u32,
+    /// What XYZ the wavelengths stand for, light by light, where they are few and chosen for the scene; `sampling` is its own.
+    pub rule: Option<Arc<Rule>>,
 }
 
 /// What the numbers of a probe are.
@@ -205,7 +207,10 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
             carrying(polarised, paths, film, inks)
         }
         What::Xyz => {
-            let film = Responses::<G, 3>::new(&lights, &sampling, range_nm, &cmf);
+            let film = match &quantity.rule {
+                Some(rule) => Responses::<G, 3>::of(&rule.weights),
+                None => Responses::<G, 3>::new(&lights, &sampling, range_nm, &cmf),
+            };
             carrying(polarised, paths, film, inks)
         }
         What::Lighting => {

@@ -138,6 +138,11 @@ impl<const G: usize, const R: usize> Responses<G, R> {
         };
         Responses { weights: lights.iter().map(each).collect() }
     }
+
+    /// By weights that are known: [light][response][wavelength].
+    pub fn of(weights: &[[Vec<f64>; R]]) -> Self {
+        Responses { weights: weights.iter().map(|w| w.each_ref().map(|w| Lanes::from_values(w))).collect() }
+    }
 }
 
 /// Weights that give the integral of `light` x `response` seen by way of a reflectance with these samples, over the

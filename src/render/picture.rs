@@ -98,7 +98,12 @@ impl Tally {
 
 /// Begins a render; rows are computed as they are read. `history` is the line that it leaves, with the paths that the time
 /// allows where it was given one.
-pub fn render(scene: Scene, job: Job, history: impl Fn(Option<u32>) -> Vec<u8>) -> Result<Box<dyn Picture>> {
+pub fn render(
+    scene: impl Into<Arc<Scene>>,
+    job: Job,
+    history: impl Fn(Option<u32>) -> Vec<u8>,
+) -> Result<Box<dyn Picture>> {
+    let scene = scene.into();
     let Some(camera) = &scene.camera else { return invalid!("the scene has no [camera]") };
     let (width, height) = (camera.width, camera.height);
     let count = job.quantity.sampling.count();
@@ -123,7 +128,7 @@ pub fn render(scene: Scene, job: Job, history: impl Fn(Option<u32>) -> Vec<u8>) 
     if (first, end) != (0, height) {
         header.lines.push(format!("ROWS= {first} {end} {height}").into_bytes());
     }
-    let estimate = estimator(Arc::new(scene), &job.quantity, &job.method)?;
+    let estimate = estimator(scene.clone(), &job.quantity, &job.method)?;
     let (effort, paths) = match job.effort {
         Work::Each(effort) => (effort, None),
         Work::Time(time) => {
@@ -262,8 +267,11 @@ impl Picture for Rendering {
             self.bar.set_message(format!(", error {:.4}", self.tally.error()));
         }
         self.bar.set_position((self.row - self.first) as u64);
-        if rows == 0 {
+        if rows > 0 && self.row == self.end {
+            // Not when more is asked for: who knows the height may never ask.
             self.finish();
+        }
+        if rows == 0 {
             if let Some(c) = self.checkpoint.take() {
                 c.remove()?;
             }

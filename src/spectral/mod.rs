@@ -5,9 +5,11 @@ pub mod glass;
 pub mod key;
 pub mod observer;
 pub mod planck;
+pub mod rule;
 pub mod sampling;
 pub mod spectrum;
 
 pub use observer::Observer;
+pub use rule::Rule;
 pub use sampling::Sampling;
 pub use spectrum::Spectrum;

@@ -236,7 +236,7 @@ fn scene(text: &str) -> Scene {
 fn estimator_of(text: &str, choice: &Choice) -> (Arc<Scene>, Arc<dyn Estimate>) {
     // All spectra are flat: four wavelengths are as good as eighty.
     let sampling = Sampling::bins(380.0, 780.0, 4).unwrap();
-    let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed: 1 };
+    let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed: 1, rule: None };
     let scene = Arc::new(scene(text));
     let estimate = estimator(scene.clone(), &quantity, choice).unwrap();
     (scene, estimate)
