@@ -106,7 +106,7 @@ impl<'a> Fit<'a> {
         let n = self.survey.candidates_nm.len();
         let mut gains = vec![0.0; n];
         for (gram, b) in &self.grams {
-            let Some(root) = factor(gram, n, nodes) else { return None };
+            let root = factor(gram, n, nodes)?;
             let y = forth(&root, nodes.iter().map(|i| b[*i]).collect());
             for j in (0..n).filter(|j| !nodes.contains(j)) {
                 // What the others do not have of it.

@@ -75,8 +75,8 @@ impl Rates {
         simd::wide(
             #[inline(always)]
             || {
-                for i in 0..RATES {
-                    left[i] = simd::exp(-self.sigma[i] * all);
+                for (left, sigma) in left.iter_mut().zip(&self.sigma) {
+                    *left = simd::exp(-sigma * all);
                 }
             },
         );

@@ -271,10 +271,10 @@ impl Picture for Rendering {
             // Not when more is asked for: who knows the height may never ask.
             self.finish();
         }
-        if rows == 0 {
-            if let Some(c) = self.checkpoint.take() {
-                c.remove()?;
-            }
+        if rows == 0
+            && let Some(c) = self.checkpoint.take()
+        {
+            c.remove()?;
         }
         Ok(rows > 0)
     }
