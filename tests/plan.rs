@@ -130,14 +130,14 @@ fn rules_are_as_good_as_were_measured_before() {
                     }
                 })
                 .collect();
-            let lights: Vec<(&str, &Spectrum)> = lamps.iter().map(|l| ("lamp", l)).collect();
+            let lights: Vec<&Spectrum> = lamps.iter().collect();
             let survey = Survey::of_spectra(&paints.iter().collect::<Vec<_>>(), &lights).unwrap();
             let (viewing, (all, whole)) = (products::viewing(&survey, 10.0), Products::of(&survey));
             assert!(whole);
             let (fit, mut nodes) = (Fit::new(&survey, &all, viewing), Vec::new());
             for (worst, k) in worst.iter_mut().zip([8, 12, 16]) {
                 fit.choose(&mut nodes, k);
-                let (rule, _) = fit.weigh(&nodes);
+                let rule = fit.weigh(&nodes);
                 assert!(rule.weights.iter().flatten().flatten().all(|w| *w >= 0.0));
                 worst.push(all.errors(&survey, &nodes, &rule, &viewing).into_iter().fold(0.0, f64::max));
             }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::filter::{Filter, Product, Run};
 use crate::options::lossy;
-use crate::plan::{Pilot, Plan, Wish, file, products};
+use crate::plan::{Pilot, Plan, Wish, file};
 use crate::scene::load;
 use crate::stream::Picture;
 use crate::stream::output::Output;
@@ -66,8 +66,8 @@ fn explained(plan: &Plan, pilot: Option<&Pilot>) -> String {
     let mut text = format!(
         "{spectra} spectra, {products} products of up to four of them\nwavelengths  worst product  of more  bound\n"
     );
-    for (k, worst, deep) in &plan.tried {
-        text += &format!("{k:11}  {worst:13.3}  {deep:7.3}  {:5.3}\n", (products::SAFETY * worst).max(*deep));
+    for rung in &plan.tried {
+        text += &format!("{:11}  {:13.3}  {:7.3}  {:5.3}\n", rung.asked, rung.worst, rung.deep, rung.bound());
     }
     let chosen = plan.chosen.as_ref().map_or("full bands".into(), |c| format!("{} wavelengths", c.rule.nodes_nm.len()));
     text += &format!("{chosen}: {}\n", plan.why);

@@ -310,6 +310,20 @@ impl Window {
 }
 
 impl Tint {
+    /// Takes in a way through the same medium that follows on it: one exponential for both. False where it is none.
+    #[inline]
+    pub fn lengthen(&mut self, by: &Tint) -> bool {
+        let Tint::Inside { depth: other, metres: more, over: k } = *by else { return false };
+        match self {
+            Tint::Inside { depth, metres, over } | Tint::Collision { depth, metres, over, .. } if *depth == other => {
+                *metres += more;
+                *over *= k;
+                true
+            }
+            _ => false,
+        }
+    }
+
     /// Depends on the direction that light comes from.
     pub fn turns(&self) -> bool {
         matches!(self, Tint::Metal { .. } | Tint::Facet { .. } | Tint::Incoherent { .. })
@@ -466,22 +480,6 @@ impl Scattering {
 #[inline(always)]
 pub fn beneath(r: f32, k: f32) -> f32 {
     r * (1.0 - k) / (1.0 - k * r)
-}
-
-impl Tint {
-    /// Takes in a way through the same medium that follows on it: one exponential for both. False where it is none.
-    #[inline]
-    pub fn lengthen(&mut self, by: &Tint) -> bool {
-        let Tint::Inside { depth: other, metres: more, over: k } = *by else { return false };
-        match self {
-            Tint::Inside { depth, metres, over } | Tint::Collision { depth, metres, over, .. } if *depth == other => {
-                *metres += more;
-                *over *= k;
-                true
-            }
-            _ => false,
-        }
-    }
 }
 
 /// See [`Tint::Glow`].

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::error::printable;
 use crate::keys::{self, Keys};
-use crate::plan::{Pilot, Plan, Wish, products};
+use crate::plan::{Pilot, Plan, Wish};
 use crate::scene::Scene;
 use crate::spectral::Rule;
 use crate::{Error, Result, invalid};
@@ -47,11 +47,14 @@ pub fn write(scene: &Scene, name: &str, plan: &Plan, pilot: Option<&Pilot>, wish
         let _ = writeln!(text, "worst = {:.4} # {share:.2} % of pixels are no worse, with 99 % confidence\n", p.worst);
     }
     let _ = writeln!(text, "[wavelengths]\nwhy = {}", quoted(&plan.why));
-    for (k, worst, deep) in &plan.tried {
-        let bound = (products::SAFETY * worst).max(*deep);
+    for rung in &plan.tried {
         let _ = writeln!(
             text,
-            "# {k:2} wavelengths: worst product {worst:.3}, of more surfaces {deep:.3}, bound {bound:.3}"
+            "# {:2} wavelengths: worst product {:.3}, of more surfaces {:.3}, bound {:.3}",
+            rung.asked,
+            rung.worst,
+            rung.deep,
+            rung.bound()
         );
     }
     let Some(rung) = &plan.chosen else {

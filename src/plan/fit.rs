@@ -84,14 +84,14 @@ impl<'a> Fit<'a> {
     /// Takes wavelengths in until there are K, each the one that leaves least, then exchanges each for a better one while there is any.
     pub fn choose(&self, nodes: &mut Vec<usize>, k: usize) {
         while nodes.len() < k {
-            let Some((_, best)) = self.best(nodes) else { return };
+            let Some(best) = self.best(nodes) else { return };
             nodes.push(best);
         }
         for _ in 0..EXCHANGES {
             let before = nodes.clone();
             for i in 0..nodes.len() {
                 let old = nodes.remove(i);
-                let new = self.best(nodes).map_or(old, |b| b.1);
+                let new = self.best(nodes).unwrap_or(old);
                 nodes.insert(i, new);
             }
             if *nodes == before {
@@ -101,8 +101,8 @@ impl<'a> Fit<'a> {
         nodes.sort_unstable();
     }
 
-    /// The candidate that takes most of the error beside these, and how much.
-    fn best(&self, nodes: &[usize]) -> Option<(f64, usize)> {
+    /// The candidate that takes most of the error beside these.
+    fn best(&self, nodes: &[usize]) -> Option<usize> {
         let n = self.survey.candidates_nm.len();
         let mut gains = vec![0.0; n];
         for (gram, b) in &self.grams {
@@ -117,12 +117,11 @@ impl<'a> Fit<'a> {
                 }
             }
         }
-        let free = (0..n).filter(|j| !nodes.contains(j)).map(|j| (gains[j], j));
-        free.max_by(|a, b| a.0.total_cmp(&b.0))
+        (0..n).filter(|j| !nodes.contains(j)).max_by(|a, b| gains[*a].total_cmp(&gains[*b]))
     }
 
-    /// The weights of these wavelengths, for lights of Y = 100, and the largest error of what they were fitted to.
-    pub fn weigh(&self, nodes: &[usize]) -> (Rule, f64) {
+    /// The weights of these wavelengths, for lights of Y = 100.
+    pub fn weigh(&self, nodes: &[usize]) -> Rule {
         let lights = self.survey.lights.len();
         let nodes_nm: Vec<f64> = nodes.iter().map(|i| self.survey.candidates_nm[*i]).collect();
         let mut more = vec![1.0; self.products.met.len() * lights];
@@ -155,7 +154,7 @@ impl<'a> Fit<'a> {
             let all = more.iter().sum::<f64>() / more.len() as f64;
             more.iter_mut().for_each(|m| *m /= all);
         }
-        best.unwrap_or((Rule { nodes_nm, weights: Vec::new() }, f64::INFINITY))
+        best.map_or(Rule { nodes_nm, weights: Vec::new() }, |b| b.0)
     }
 }
 

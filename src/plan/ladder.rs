@@ -17,7 +17,7 @@ const LESSONS: usize = 3;
 pub struct Rung {
     /// Wavelengths that were asked for: a scene of greys needs less.
     pub asked: usize,
-    /// For lights as they are, cd/m2.
+    /// For lights of Y = 100; of the rung that is chosen for those of the scene, cd/m2.
     pub rule: Rule,
     /// Delta E 2000 of the worst product of up to four surfaces.
     pub worst: f64,
@@ -38,7 +38,7 @@ pub struct Plan {
     /// The rule, or full bands.
     pub chosen: Option<Rung>,
     /// All rungs that were tried, from the first.
-    pub tried: Vec<(usize, f64, f64)>,
+    pub tried: Vec<Rung>,
     /// Why that one.
     pub why: String,
     /// Spectra, and products that were looked at.
@@ -62,7 +62,7 @@ impl Plan {
             fit.choose(&mut nodes, k);
             let mut best: Option<Rung> = None;
             for lesson in 0..=LESSONS {
-                let (rule, _) = fit.weigh(&nodes);
+                let rule = fit.weigh(&nodes);
                 let errors = all.errors(survey, &nodes, &rule, &viewing);
                 let worst = errors.iter().copied().fold(0.0, f64::max);
                 let (more, more_errors) = all.deeper(survey, &nodes, &rule, &viewing, &errors);
@@ -79,7 +79,7 @@ impl Plan {
                 fit.learn(&more, &products::worst(&more_errors, LEARNED));
             }
             let Some(mut rung) = best else { continue };
-            plan.tried.push((k, rung.worst, rung.deep));
+            plan.tried.push(rung.clone());
             if rung.bound() <= tolerance && k >= least {
                 for (weights, light) in rung.rule.weights.iter_mut().zip(&survey.lights) {
                     weights.iter_mut().flatten().for_each(|w| *w *= light.scale);
@@ -97,7 +97,7 @@ impl Plan {
                 return Ok(plan);
             }
         }
-        let last = plan.tried.last().map_or(f64::INFINITY, |(_, worst, deep)| (SAFETY * worst).max(*deep));
+        let last = plan.tried.last().map_or(f64::INFINITY, Rung::bound);
         plan.why = match last <= tolerance {
             true => format!("the pilot misses the tolerance with {} wavelengths", RUNGS[3]),
             false => format!("{} wavelengths miss the tolerance: what bounds their error is {last:.3}", RUNGS[3]),

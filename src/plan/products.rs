@@ -59,8 +59,7 @@ impl Products {
         for k in 1..=BOUNCES {
             let count = choices(n, k);
             let room = MOST.saturating_sub(products.met.len()) / (BOUNCES + 1 - k);
-            let (step, count) = if all <= MOST || k <= 2 { (1, count) } else { (count.div_ceil(room.max(1)), count) };
-            // An odd step that shares no factor with what is counted in is not needed: multisets are in order of their last.
+            let step = if all <= MOST || k <= 2 { 1 } else { count.div_ceil(room.max(1)) };
             products.add(survey, (0..count).step_by(step).map(|i| multiset(i, k)).collect());
         }
         (products, all <= MOST)

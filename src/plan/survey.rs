@@ -35,8 +35,6 @@ pub struct Share {
 /// A light on the fine grid.
 #[derive(Clone, Debug)]
 pub struct Lit {
-    /// Name in the scene file.
-    pub name: String,
     /// What the light of each bin weighs in X, Y and Z, all of it Y = 100.
     pub weights: [Vec<f64>; 3],
     /// cd/m2 that 1 stands for; 0 of light that cannot be seen.
@@ -83,7 +81,7 @@ impl Survey {
             scene.srgb.iter().for_each(|s| survey.meet(|nm| s.at(nm)));
         }
         for light in &scene.lights {
-            survey.lights.push(lit(&light.name, &light.radiance)?);
+            survey.lights.push(lit(&light.radiance)?);
         }
         if survey.lights.iter().all(|l| l.scale == 0.0) {
             return invalid!("nothing in the scene gives off light that can be seen");
@@ -95,9 +93,9 @@ impl Survey {
     ///
     /// # Errors
     /// None but of the program's own tables.
-    pub fn of_spectra(shares: &[&Spectrum], lights: &[(&str, &Spectrum)]) -> Result<Survey> {
+    pub fn of_spectra(shares: &[&Spectrum], lights: &[&Spectrum]) -> Result<Survey> {
         let candidates_nm = candidates();
-        let lights = lights.iter().map(|(name, s)| lit(name, s)).collect::<Result<_>>()?;
+        let lights = lights.iter().map(|s| lit(s)).collect::<Result<_>>()?;
         let mut survey = Survey { shares: Vec::new(), lights, needs_bands: None, candidates_nm };
         shares.iter().for_each(|s| survey.meet(|nm| s.at(nm)));
         Ok(survey)
@@ -125,7 +123,7 @@ fn candidates() -> Vec<f64> {
     (0..=count).map(|i| RANGE_NM.0 + STEP_NM * i as f64).collect()
 }
 
-fn lit(name: &str, radiance: &Spectrum) -> Result<Lit> {
+fn lit(radiance: &Spectrum) -> Result<Lit> {
     let (sampling, observer) = (Sampling::bins(RANGE_NM.0, RANGE_NM.1, BINS)?, Observer::cie1931()?);
     let weights = observer.cmf.each_ref().map(|cmf| {
         let mut long_first = light_weights(radiance, &sampling, RANGE_NM, &cmf.scaled(K_M));
@@ -135,7 +133,7 @@ fn lit(name: &str, radiance: &Spectrum) -> Result<Lit> {
     let luminance: f64 = weights[1].iter().sum();
     let scale = luminance.max(0.0) / 100.0;
     let over = |x: f64| if scale > 0.0 { x / scale } else { 0.0 };
-    Ok(Lit { name: name.into(), weights: weights.map(|w| w.into_iter().map(over).collect()), scale })
+    Ok(Lit { weights: weights.map(|w| w.into_iter().map(over).collect()), scale })
 }
 
 /// What needs wavelengths of its own, whatever the colours.

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::common;
-use luxpipe::color::difference::delta_e_2000;
 use luxpipe::compare::Viewing;
 use luxpipe::plan::survey::Survey;
 use luxpipe::plan::{Wish, products};
@@ -59,10 +58,6 @@ pub fn judge(text: &str, tolerance: f64, pilot: usize, paths: u32) -> Verdict {
     let mean = products::viewing(&survey, 10.0).white;
     let yn = luminances[luminances.len() * 99 / 100];
     let viewing = Viewing { white: mean.map(|w| w / mean[1] * yn), gain: 10.0, shown: None };
-    let error = |i: &usize| {
-        let lift = viewing.lift(want[*i][1]);
-        delta_e_2000(got[*i].map(|x| x * lift), want[*i].map(|x| x * lift), viewing.white)
-    };
-    let worst = seen.iter().map(error).fold(0.0, f64::max);
+    let worst = seen.iter().map(|i| products::error(&viewing, got[*i], want[*i])).fold(0.0, f64::max);
     Verdict { wavelengths: Some(chosen.rule.nodes_nm.len()), bound, worst, seconds }
 }
