@@ -9,7 +9,7 @@ FUZZ_TARGETS := $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
 FUZZ_SECONDS ?= 60
 FUZZ_LIMITS := -rss_limit_mb=512 -timeout=10 -max_len=65536
 
-.PHONY: all demo test lint fuzz bench bench-rays bench-render bench-methods bench-effects bench-media bench-plan mesh accuracy man paper-colour paper-encodings paper-tone intents install clean
+.PHONY: all demo test lint fuzz bench bench-rays bench-render bench-methods bench-effects bench-media bench-plan tradeoff tradeoff-quick references stability paper-relative mesh accuracy man paper-colour paper-encodings paper-tone intents install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -65,6 +65,34 @@ bench-effects: all
 # Random rooms by their plans and in full bands on the same paths.
 bench-plan:
 	$(CARGO) bench --locked --bench plan
+
+# Error against time for every method and plan on the suite: out/tradeoff/tradeoff.html, .csv and charts (up to 20 minutes).
+SUITE := $(patsubst %,scenes/%.toml,cornell room-c glossy caustic fogbox fluorescence spiky mesh tower)
+tradeoff: all mesh
+	$(BIN)/tradeoff $(SUITE) --width 160 --seconds 2 --reference-seconds 30 --filters -o out/tradeoff
+
+# The same 64 pixels wide against references that are kept in scenes/references (under 2 minutes).
+QUICK := --width 64 --references scenes/references
+tradeoff-quick: all mesh
+	$(BIN)/tradeoff $(SUITE) $(QUICK) --seconds 0.4 --filters -o out/tradeoff-quick
+
+# Those, for good: a minute a scene. Take scenes/references away first where a mesh or a spectrum changed.
+references: all mesh
+	$(BIN)/tradeoff $(SUITE) $(QUICK) --methods none --plans none --reference-seconds 60 -o out/references
+
+# Every documented failure case of every method, as a table, into docs/limits.md.
+stability:
+	STABILITY_WRITE=1 $(CARGO) test --locked --release --test stability -- --nocapture
+
+# The paper's relative colours on rendered scenes: docs/paper-relative.csv and its chart; the page on standard output.
+paper-relative: all
+	@$(CARGO) run --locked --quiet --release --example relative -- docs/paper-relative.csv
+	@$(BIN)/pplot --chart docs/paper-relative.csv --x seconds --y delta_e_rms --by case --log \
+		--title "Ways to carry colour, one to five bounces" --labels "seconds,Delta E 2000 (root mean square)" docs/paper-relative.svg
+
+docs/paper-relative.md: $(wildcard examples/relative/*)
+	$(MAKE) --no-print-directory --silent paper-relative > $@.part
+	mv $@.part $@
 
 # The solvers of Eq. (2), error beside time; the march's steps; the dipole beside transport. PART=fog, steps or dipole for one.
 bench-media: all

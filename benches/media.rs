@@ -58,7 +58,7 @@ fn fog(choice: &Choice, paths: u32, seed: u32) -> (Vec<f64>, f64) {
     scene.camera = Some(camera.resized(Some(SIZE), Some(SIZE)).expect("a size"));
     let start = Instant::now();
     let sampling = Sampling::bins(380.0, 780.0, BANDS).expect("bins");
-    let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed, rule: None };
+    let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed, few: None };
     let estimate = estimator(Arc::new(scene), &quantity, choice).unwrap_or_else(|e| panic!("{e}"));
     let probe = |i: usize| Probe::Pixel { x: (i % SIZE) as u32, y: (i / SIZE) as u32 };
     let y = luminances(&*estimate, SIZE * SIZE, probe, paths);
@@ -126,7 +126,7 @@ fn in_a_slab() -> std::io::Result<()> {
         for step in [3.0f32, 1.0, 0.3, 0.1, 0.03, 0.01] {
             let scene = Arc::new(load::parse(&text, Path::new(".")).unwrap_or_else(|e| panic!("{e}")));
             let sampling = Sampling::bins(380.0, 780.0, 4).expect("bins");
-            let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed: 1, rule: None };
+            let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed: 1, few: None };
             let estimate = estimator(scene.clone(), &quantity, &by_march(step, None)).unwrap_or_else(|e| panic!("{e}"));
             let direction = DVec3::new(0.0, sin(mu), -mu);
             let origin = scene.frame.place(-direction * 0.1).as_vec3a();

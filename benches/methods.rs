@@ -54,7 +54,7 @@ impl Subject {
     fn measure(&self, choice: &Choice, paths: u32, seed: u32) -> Got {
         let start = Instant::now();
         let sampling = Sampling::bins(380.0, 780.0, self.bands).unwrap();
-        let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed, rule: None };
+        let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed, few: None };
         let estimate = estimator(self.scene.clone(), &quantity, choice).unwrap();
         let probe = |i: usize| {
             let (point, normal) = self.points[i];

@@ -8,8 +8,11 @@ use clap_mangen::Man;
 
 fn main() -> std::io::Result<()> {
     let out = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "out/man".into()));
-    let commands =
-        luxpipe::filters::ALL.iter().map(|f| f.command()).chain([luxpipe::pipeline::command()]).collect::<Vec<_>>();
+    let commands = luxpipe::filters::ALL
+        .iter()
+        .map(|f| f.command())
+        .chain([luxpipe::pipeline::command(), luxpipe::tradeoff::command()])
+        .collect::<Vec<_>>();
     for folder in ["man1", "bash", "zsh", "fish"] {
         fs::create_dir_all(out.join(folder))?;
     }

@@ -156,6 +156,7 @@ pub mod spectral;
 pub mod statistics;
 pub mod stream;
 pub mod tone;
+pub mod tradeoff;
 pub mod units;
 pub mod view;
 

@@ -75,6 +75,15 @@ fn bin(x: f64) -> usize {
     (ascending >> DROPPED) as usize
 }
 
+/// A number that stands for bytes, the same on every machine and in every version: FNV-1a [Fowler 1991].
+///
+/// ```
+/// assert_eq!(luxpipe::statistics::fnv1a(b"foobar"), 0x85944171f73967e8);
+/// ```
+pub fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0000_0100_0000_01b3))
+}
+
 /// A number drawn from a number, as the finalizer of [Steele 2014]: equal for equal, else as good as random.
 pub fn scrambled(n: u64) -> u64 {
     let z = n.wrapping_add(0x9e37_79b9_7f4a_7c15);

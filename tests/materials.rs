@@ -3,7 +3,7 @@
 use luxpipe::color::Uplift;
 use luxpipe::keys;
 use luxpipe::material::probe::{Sample, at_angle};
-use luxpipe::material::read::{Interiors, KINDS, read_all};
+use luxpipe::material::read::{Interiors, KINDS, Without, read_all};
 use luxpipe::material::{Lobes, Material, Site};
 use luxpipe::spectral::Spectrum;
 
@@ -60,7 +60,7 @@ fn with(text: &str, name: &str, mut test: impl FnMut(&dyn Material, Sample)) {
         reduced: vec![[none.clone(), none.clone()], [much, none]],
         bodies: Vec::new(),
     };
-    let all = read_all(tables, std::path::Path::new("."), 1.0, &mut inks, &mut interiors);
+    let all = read_all(tables, std::path::Path::new("."), 1.0, &mut inks, &mut interiors, Without::default());
     let all = all.unwrap_or_else(|e| panic!("{text}: {e}"));
     let material = &*all.iter().find(|m| m.0 == name).unwrap().1;
     let srgb = Uplift::new().unwrap().basis().clone();

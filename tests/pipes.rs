@@ -20,6 +20,7 @@ fn readers() -> Vec<(&'static str, Vec<&'static str>)> {
     let options = |name: &str| match name {
         "vonkries" => vec!["--from", "A"],
         "pcompare" => vec!["tests/data/small_xyz.lux"],
+        "relight" => vec!["scenes/cornell.toml"],
         "pglare" => vec!["--view", "-vta -vh 180 -vv 180"],
         _ => vec![],
     };
@@ -29,7 +30,7 @@ fn readers() -> Vec<(&'static str, Vec<&'static str>)> {
 
 #[test]
 fn every_program_explains_itself_and_refuses_nonsense() {
-    let names: Vec<&str> = filters::ALL.iter().map(|f| f.name()).chain(["luxpipe"]).collect();
+    let names: Vec<&str> = filters::ALL.iter().map(|f| f.name()).chain(["luxpipe", "tradeoff"]).collect();
     for name in names {
         let help = String::from_utf8(stdout_of(name, &["--help"], b"")).unwrap();
         assert!(help.contains("Example:") && help.contains("--threads"), "{name}: {help}");
@@ -253,14 +254,17 @@ fn a_reader_that_goes_away_ends_the_writer_quietly() {
 fn a_full_disk_is_an_error() {
     let input = data("small_xyz.lux");
     for (name, options) in readers() {
-        if name == "ra_png" {
-            continue; // takes display pictures; below
+        if ["ra_png", "relight"].contains(&name) {
+            continue; // take display pictures, and layers; below
         }
         fails(name, &[&options[..], &["-", "/dev/full"]].concat(), &input, 1, "No space left");
     }
     let shown = stdout_of("pcond", &["--quiet"], &input);
     let shown = stdout_of("xyz2rgb", &[], &shown);
     fails("ra_png", &["-", "/dev/full"], &shown, 1, "No space left");
+    let small = ["scenes/cornell.toml", "--width=4", "--samples=1", "--per-light"];
+    let layers = stdout_of("spectrace", &small, b"");
+    fails("relight", &["scenes/cornell.toml", "-", "/dev/full"], &layers, 1, "No space left");
     fails("vonkries", &["-", "/nowhere/at/all"], &input, 1, "No such file");
     fails("vonkries", &["/nowhere/at/all"], b"", 1, "No such file");
     fails("vonkries", &["/tmp"], b"", 1, "folder");

@@ -7,6 +7,7 @@ mod judge;
 mod scenes;
 
 use common::{run, split, stdout_of};
+use luxpipe::plan::channels::{Channels, Converter};
 use luxpipe::plan::fit::Fit;
 use luxpipe::plan::products::{self, Products};
 use luxpipe::plan::survey::Survey;
@@ -19,7 +20,8 @@ fn rooms_stay_within_their_tolerance() {
     for class in scenes::CLASSES {
         for (seed, tolerance) in [(1, 2.0), (2, 1.0), (3, 1.0)] {
             let v = judge::judge(&scenes::room(seed, class), tolerance, 400, 16);
-            assert!(v.worst <= tolerance, "{class:?} {seed}: {} for {tolerance} by {:?}", v.worst, v.wavelengths);
+            let by = (v.wavelengths, v.depth);
+            assert!(v.worst <= tolerance, "{class:?} {seed}: {} for {tolerance} by {by:?}", v.worst);
             assert!(v.bound <= tolerance && v.seconds < 10.0);
         }
     }
@@ -63,7 +65,7 @@ fn a_plan_renders_what_bands_do() {
 /// What needs wavelengths of its own gets bands, with the reason.
 #[test]
 fn effects_of_wavelength_take_bands() {
-    for (scene, why) in [("prism", "go apart"), ("fluorescence", "fluoresces"), ("fog", "scatter")] {
+    for (scene, why) in [("prism", "go apart"), ("fluorescence", "fluoresces"), ("marble", "leaves bodies elsewhere")] {
         let text = stdout_of("specplan", &[&format!("scenes/{scene}.toml"), "--explain"], b"");
         let text = String::from_utf8(text).unwrap();
         assert!(text.contains("full bands") && text.contains(why), "{scene}: {text}");
@@ -96,7 +98,7 @@ fn plans_that_cannot_be_are_refused() {
     };
     render("scenes/cornell.toml", &good.lines().map(below).collect::<String>(), "0 or more");
     render("scenes/cornell.toml", &good.replace("tolerance", "tolerence"), "unknown key");
-    render("scenes/cornell.toml", &good.replace("\"few\"", "\"many\""), "neither few nor bands");
+    render("scenes/cornell.toml", &good.replace("\"few\"", "\"many\""), "neither few nor relative nor bands");
     render("scenes/cornell.toml", "scene = ", "line 1");
     for bad in ["0", "-1", "nan", "1e9"] {
         fails("specplan", &["scenes/cornell.toml", &format!("--tolerance={bad}")], 1, "--tolerance");
@@ -148,4 +150,51 @@ fn rules_are_as_good_as_were_measured_before() {
             assert!(worst[3] <= 1.3 * measured, "{class:?} {k}: {worst:?}");
         }
     }
+}
+
+/// Relative colours under one lamp are exact for one surface, and err beyond; a surface that the space cannot hold is the exception.
+#[test]
+fn relative_colours_are_exact_for_one_surface() {
+    let paints: Vec<Spectrum> =
+        (builtin::names().filter(|n| n.starts_with("cc_ohta"))).map(|n| builtin::spectrum(n).unwrap()).collect();
+    let lamp = builtin::spectrum("illuminant_A").unwrap();
+    let survey = Survey::of_spectra(&paints.iter().collect::<Vec<_>>(), &[&lamp]).unwrap();
+    let (all, viewing) = (Products::of(&survey).0, products::viewing(&survey, 10.0));
+    let errors = |channels| {
+        let converter = Converter::new(channels, &survey).unwrap();
+        all.errors(&converter.survey(&survey), &[0, 1, 2], converter.rule(), &viewing)
+    };
+    let (relative, literal) = (errors(Channels::Relative), errors(Channels::Literal));
+    let mean = |errors: &[f64], surfaces: usize| {
+        let of: Vec<f64> = all.met.iter().zip(errors).filter(|p| p.0.len() == surfaces).map(|p| *p.1).collect();
+        of.iter().sum::<f64>() / of.len() as f64
+    };
+    for (met, (r, l)) in all.met.iter().zip(relative.iter().zip(&literal)).filter(|m| m.0.len() <= 1) {
+        assert!(*r < 1e-6, "{met:?}: {r} {l}");
+    }
+    assert!(mean(&relative, 2) < 3.0 && mean(&literal, 2) > 10.0, "{} {}", mean(&relative, 2), mean(&literal, 2));
+}
+
+/// A scene without an effect is the scene that never had it, byte for byte.
+#[test]
+fn what_is_left_out_was_never_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.toml");
+    let shown = |material: &str, without: &[&str]| {
+        let disk = "[[shape]]\ntype = \"disk\"\ncenter = [0, 0, 0]\nnormal = [0, 0, 1]\nradius = 1\nmaterial = \"m\"\n";
+        let sky = "[environment]\ntype = \"clear\"\nturbidity = 3\nsun = [0, 1, 1]\n";
+        let polarised = if without.is_empty() { "" } else { "polarization = 0.8\n" };
+        std::fs::write(&file, format!("[materials.m]\n{material}\n{disk}{sky}{polarised}")).unwrap();
+        let args =
+            [&[file.to_str().unwrap(), "--rays", "--bands", "16", "--range", "380:780", "--quiet"], without].concat();
+        stdout_of("spectrace", &args, b"0 0.3 1 0.1 0.1 -1\n0 -2 1 0 2 -1\n")
+    };
+    let dye = "type = \"fluorescent\"\nabsorption = [[400, 0.5], [500, 0.5]]\nemission = [[520, 1], [600, 0]]\nreflectance = 0.4";
+    let paint = "reflectance = 0.4";
+    let glass =
+        ["type = \"dielectric\"\nindex = [[380, 1.6], [555, 1.5], [780, 1.4]]", "type = \"dielectric\"\nindex = 1.5"];
+    let all = ["--without", "polarization,fluorescence,dispersion"];
+    assert_eq!(shown(dye, &all), shown(paint, &[]));
+    assert_eq!(shown(glass[0], &all), shown(glass[1], &[]));
+    assert_ne!(shown(dye, &all[..0]), shown(paint, &[]));
 }

@@ -14,6 +14,7 @@ mod ra_pfm;
 mod ra_pixlog;
 mod ra_png;
 mod ra_rgbe;
+mod relight;
 mod spec2xyz;
 mod specmat;
 pub mod specplan;
@@ -36,6 +37,7 @@ pub use ra_pfm::RaPfm;
 pub use ra_pixlog::RaPixlog;
 pub use ra_png::RaPng;
 pub use ra_rgbe::RaRgbe;
+pub use relight::Relight;
 pub use spec2xyz::Spec2xyz;
 pub use specmat::Specmat;
 pub use specplan::Specplan;
@@ -126,6 +128,7 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Specmat>::NEW,
     &Entry::<Specprobe>::NEW,
     &Entry::<Specplan>::NEW,
+    &Entry::<Relight>::NEW,
     &Entry::<Pcompare>::NEW,
     &Entry::<Pdisplay>::NEW,
     &Entry::<Pglare>::NEW,

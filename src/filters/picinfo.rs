@@ -331,6 +331,6 @@ fn luminance_row(header: &Header) -> Option<Vec<f64>> {
         Components::Y => (header.units != Units::Number).then(|| vec![1.0]),
         Components::Xyz => Some(vec![0.0, 1.0, 0.0]),
         Components::Rgb => header.primaries.unwrap_or(Primaries::RADIANCE).to_xyz().map(|m| m.0[1].to_vec()),
-        Components::Spectrum | Components::Stokes | Components::Response => None,
+        Components::Spectrum | Components::Stokes | Components::Response | Components::Layers => None,
     }
 }

@@ -1,5 +1,8 @@
 //! spectrace: spectral radiance of a scene, Eq. (1) of [Ward 2001], by one of several methods.
 
+mod methods;
+mod planned;
+
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,20 +12,17 @@ use clap::{Args, ValueEnum, ValueHint};
 use serde::{Deserialize, Serialize};
 
 use crate::filter::{Filter, Product, Run};
-use crate::notes::Notes;
+use crate::material::read::Without;
 use crate::options::{Numbers, Range, lossy};
-use crate::plan::file::Wavelengths;
-use crate::plan::{self, Wish};
 use crate::render::checkpoint::{Checkpoint, fingerprint};
 use crate::render::estimate::{Effort, FEWEST_PATHS, MOST_WAVELENGTHS, Quantity as Measured, What, estimator};
-use crate::render::method::Choice;
+use crate::render::few::Few;
+use crate::render::local;
 use crate::render::picture::{Job, Work, render};
-use crate::render::radiosity::MOST_RAYS;
 use crate::render::rays::Lines;
 use crate::render::report::Report;
-use crate::render::{local, march, path, photon, radiosity};
 use crate::scene::{Scene, load};
-use crate::spectral::{Observer, Rule, Sampling};
+use crate::spectral::{Observer, Sampling};
 use crate::stream::Picture;
 use crate::stream::output::Output;
 use crate::{Error, Result, clap_defaults, usage};
@@ -75,12 +75,22 @@ pub enum Shown {
     Gather,
 }
 
+/// What can be left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[value(rename_all = "lowercase")]
+pub enum Effect {
+    /// Light is its amount alone
+    Polarization,
+    /// Fluorescent surfaces keep what they reflect
+    Fluorescence,
+    /// Bodies have the index that they have at 555 nm
+    Dispersion,
+}
+
 /// Wavelengths that count where a surface fluoresces, nm, and bands over them, as wide as the others.
 const EXCITING: Range = Range(300.0, 780.0);
 const EXCITED_BANDS: usize = 96;
-
-/// Pixels that a plan made on the way is tried on.
-const PILOT: usize = 1000;
 
 /// Options of `spectrace`.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
@@ -112,6 +122,12 @@ pub struct Spectrace {
     /// With --tolerance: dark pixels are looked at up to so many times brighter
     #[arg(long, value_name = "FACTOR", default_value_t = 10.0, requires = "tolerance")]
     pub gain: f64,
+    /// Effects to leave out, parted by commas: polarization, fluorescence, dispersion
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub without: Vec<Effect>,
+    /// One layer a light in place of XYZ: how much of it arrives, by wavelength; relight sums them under other lamps
+    #[arg(long, conflicts_with_all = ["quantity", "rays", "irradiance"])]
+    pub per_light: bool,
     /// Wavelengths that count, nm; from 300 where a surface fluoresces, in 96 bands, unless given
     #[arg(long, value_name = "A:B", default_value = "380:780")]
     pub range: Range,
@@ -209,30 +225,10 @@ pub struct Spectrace {
 clap_defaults!(Spectrace);
 
 impl Spectrace {
-    /// The few wavelengths of a plan, or of one made here.
-    fn few(&self, scene: &Arc<Scene>, notes: &Notes) -> Result<Option<Rule>> {
-        if (self.plan.is_some() || self.tolerance.is_some()) && (self.quantity != Quantity::Xyz || self.report) {
-            return usage!("--plan and --tolerance go with --output xyz: a few wavelengths are no spectrum");
-        }
-        if let Some(path) = &self.plan {
-            return Ok(match plan::file::read(path, scene)? {
-                Wavelengths::Few(rule) => Some(rule),
-                Wavelengths::Bands => None,
-            });
-        }
-        let Some(tolerance) = self.tolerance else { return Ok(None) };
-        let (plan, pilot) = Wish::new(tolerance, self.gain, PILOT)?.plan(scene)?;
-        let count = plan.chosen.as_ref().map_or(self.bands, |c| c.rule.nodes_nm.len());
-        let tried = pilot.map_or(String::new(), |p| format!("; worst of {} pixels tried {:.3}", p.pixels, p.worst));
-        notes.add(format!("--tolerance {tolerance}: {count} wavelengths; {}{tried}", plan.why));
-        Ok(plan.chosen.map(|c| c.rule))
-    }
-
-    fn measured(&self, scene: &Arc<Scene>, notes: &Notes) -> Result<Measured> {
-        if let Some(rule) = self.few(scene, notes)? {
-            let sampling = Sampling::points(rule.nodes_nm.clone())?;
-            let range_nm = plan::survey::RANGE_NM;
-            return Ok(Measured { sampling, range_nm, what: What::Xyz, seed: self.seed, rule: Some(Arc::new(rule)) });
+    fn measured(&self, scene: &Arc<Scene>, few: Option<Arc<Few>>) -> Result<Measured> {
+        if let Some(few) = few {
+            let own = few.quantity(self.seed)?;
+            return Ok(if self.per_light { Measured { what: What::Layers, ..own } } else { own });
         }
         let plain = Spectrace::default();
         // What cannot be seen may come back as light, and bands stay as fine.
@@ -254,162 +250,12 @@ impl Spectrace {
         };
         let what = match self.quantity {
             _ if self.report => What::Lighting,
+            _ if self.per_light => What::Layers,
             Quantity::Spectrum => What::Spectrum,
             Quantity::Stokes => What::Stokes,
             Quantity::Xyz => What::Xyz,
         };
-        Ok(Measured { sampling, range_nm: (from, to), what, seed: self.seed, rule: None })
-    }
-
-    /// The method, and that no other's options were given.
-    fn choice(&self, scene: &Scene, run: &Run) -> Result<Choice> {
-        self.note_left_out(scene, run)?;
-        let plain = Spectrace::default();
-        let march = self.step != plain.step;
-        let zonal = self.zones != plain.zones;
-        let path = (self.max_bounces, self.split) != (plain.max_bounces, plain.split);
-        let local = (self.ambient, self.no_shadows, self.no_reflections) != (plain.ambient, false, false);
-        let radiosity = (self.mesh_error, self.divide) != (plain.mesh_error, None);
-        let rays = self.element_rays != plain.element_rays;
-        let photon = (self.photons, self.passes, self.count) != (plain.photons, plain.passes, plain.count);
-        let solved = (self.show, &self.solution) != (plain.show, &plain.solution);
-        let memory = self.solver_memory != plain.solver_memory;
-        use Solver::{Local, March, Path, Photon, Radiosity, Zonal};
-        let strangers: [(bool, &[Solver], &str); 9] = [
-            (path, &[Path], "--max-bounces and --split go with --method path"),
-            (local, &[Local], "--ambient, --no-shadows and --no-reflections go with --method local"),
-            (radiosity, &[Radiosity], "--mesh-error and --divide go with --method radiosity"),
-            (rays, &[Radiosity, Zonal], "--element-rays goes with --method radiosity or zonal"),
-            (march, &[March, Zonal, Photon], "--step goes with --method march, zonal or photon"),
-            (zonal, &[Zonal], "--zones goes with --method zonal"),
-            (memory, &[Radiosity, Photon, Zonal], "--solver-memory goes with --method radiosity, photon or zonal"),
-            (photon, &[Photon], "--photons, --passes and --count go with --method photon"),
-            (solved, &[Radiosity, Photon], "--show and --solution go with --method radiosity or photon"),
-        ];
-        if let Some((.., message)) = strangers.iter().find(|(given, of, _)| *given && !of.contains(&self.method)) {
-            return usage!("{message}");
-        }
-        Ok(match self.method {
-            Solver::Path => {
-                let max_bounces = self.max_bounces.unwrap_or(u32::MAX).min(scene.max_bounces.unwrap_or(u32::MAX));
-                Choice::Path(path::Options { max_bounces, split: self.split })
-            }
-            Solver::Local => {
-                let (shadows, reflections) = (!self.no_shadows, !self.no_reflections);
-                Choice::Local(local::Options { ambient: self.ambient, shadows, reflections })
-            }
-            Solver::Radiosity => Choice::Radiosity(self.radiosity()?),
-            Solver::Photon => Choice::Photon(self.photon()?),
-            Solver::March | Solver::Zonal => Choice::March(self.march()?),
-        })
-    }
-
-    /// Effects that only path tracing has.
-    fn note_left_out(&self, scene: &Scene, run: &Run) -> Result<()> {
-        if self.method == Solver::Path {
-            return Ok(());
-        }
-        let method = format!("{:?}", self.method).to_lowercase();
-        if self.quantity == Quantity::Stokes {
-            return usage!("--output stokes goes with --method path; {method} knows nothing of polarization");
-        }
-        if self.method == Solver::Radiosity && scene.materials.iter().any(|m| m.is_void()) {
-            return usage!("--method radiosity stops light at the boundaries of media; take --method zonal");
-        }
-        let photon = self.method == Solver::Photon;
-        let media = photon || matches!(self.method, Solver::March | Solver::Zonal);
-        let out = [
-            (scene.polarised, "polarization"),
-            (scene.effects.disperses && !photon, "dispersion"),
-            (scene.media.scatter() && !media, "scattering in media"),
-            (scene.effects.subsurface, "light that leaves bodies elsewhere than where it went in"),
-            (scene.effects.disperses && photon, "dispersion of what the eye sees through a body"),
-            (scene.fluoresces() && photon, "light that photons would have at other wavelengths"),
-        ];
-        for (_, what) in out.iter().filter(|o| o.0) {
-            run.notes.add(format!("{what} is left out by --method {method}; path has it"));
-        }
-        Ok(())
-    }
-
-    fn radiosity(&self) -> Result<radiosity::Options> {
-        if !(self.mesh_error >= 1e-4 && self.mesh_error < 1.0) {
-            return usage!("--mesh-error {}: a relative error from 0.0001 to 1, such as 0.01", self.mesh_error);
-        }
-        if let Some(n) = self.divide.filter(|n| !(1..=4096).contains(n)) {
-            return usage!("--divide {n}: 1 to 4096 elements");
-        }
-        if !(1..=MOST_RAYS).contains(&self.element_rays) {
-            return usage!("--element-rays {}: 1 to {MOST_RAYS}", self.element_rays);
-        }
-        Ok(radiosity::Options {
-            divide: self.divide,
-            tolerance: self.mesh_error,
-            rays: self.element_rays,
-            show: match self.show {
-                Shown::Mesh => radiosity::Show::Mesh,
-                Shown::Direct => radiosity::Show::Direct,
-                Shown::Gather => radiosity::Show::Gather,
-            },
-            memory: self.solver_memory.saturating_mul(1 << 20),
-            solution: self.solution.clone(),
-            seed: self.seed,
-        })
-    }
-
-    fn depth_of_steps(&self) -> Result<f32> {
-        match self.step {
-            step if (1e-3..=10.0).contains(&step) => Ok(step as f32),
-            step => usage!("--step {step}: an optical depth of 0.001 to 10"),
-        }
-    }
-
-    fn march(&self) -> Result<march::Options> {
-        let step = self.depth_of_steps()?;
-        if !(1..=64).contains(&self.zones) || !(1..=MOST_RAYS).contains(&self.element_rays) {
-            return usage!(
-                "--zones {} --element-rays {}: 1 to 64 cubes, 1 to {MOST_RAYS} rays",
-                self.zones,
-                self.element_rays
-            );
-        }
-        let zonal = march::solve::Options {
-            along: self.zones,
-            rays: self.element_rays,
-            memory: self.solver_memory.saturating_mul(1 << 20),
-        };
-        Ok(march::Options { step, zonal: (self.method == Solver::Zonal).then_some(zonal) })
-    }
-
-    fn photon(&self) -> Result<photon::Options> {
-        if !(1..=1 << 30).contains(&self.photons) || !(1..=1024).contains(&self.passes) {
-            return usage!(
-                "--photons {} --passes {}: 1 to 1073741824 photons, 1 to 1024 maps",
-                self.photons,
-                self.passes
-            );
-        }
-        if !(8..=100_000).contains(&self.count) {
-            return usage!("--count {}: 8 to 100000 photons", self.count);
-        }
-        if self.show == Shown::Mesh {
-            return usage!("--show mesh goes with --method radiosity");
-        }
-        if self.error.is_some() {
-            return usage!(
-                "--error sees the noise of paths, not that of photons, which all pixels share; take --samples"
-            );
-        }
-        Ok(photon::Options {
-            photons: self.photons,
-            passes: self.passes,
-            count: self.count,
-            gather_once: self.show == Shown::Gather,
-            step: self.depth_of_steps()?,
-            seed: self.seed,
-            memory: self.solver_memory.saturating_mul(1 << 20),
-            solution: self.solution.clone(),
-        })
+        Ok(Measured { sampling, range_nm: (from, to), what, seed: self.seed, few: None })
     }
 
     fn effort(&self) -> Result<Work> {
@@ -440,9 +286,9 @@ impl Spectrace {
     }
 
     /// Rays or points from standard input.
-    fn lines(self, scene: Scene, run: &Run) -> Result<Product> {
-        let scene = Arc::new(scene);
-        let (quantity, choice) = (self.measured(&scene, &run.notes)?, self.choice(&scene, run)?);
+    fn lines(self, scene: Arc<Scene>, few: Option<Arc<Few>>, run: &Run) -> Result<Product> {
+        let (quantity, choice) = (self.measured(&scene, few)?, self.choice(&scene, run)?);
+        note_lost_light(&scene, quantity.range_nm, run)?;
         let Work::Each(effort) = self.effort()? else { return usage!("--time is for pictures") };
         let estimate = estimator(scene.clone(), &quantity, &choice)?;
         let lines = Lines {
@@ -472,11 +318,11 @@ impl Spectrace {
     }
 
     /// The checkpoint file, which must be of this very picture.
-    fn checkpoint(&self, scene: &Scene, path: &Path, rule: Option<&Rule>, run: &Run) -> Result<Option<Checkpoint>> {
+    fn checkpoint(&self, scene: &Scene, path: &Path, few: Option<&Few>, run: &Run) -> Result<Option<Checkpoint>> {
         let Some(file) = &self.checkpoint else { return Ok(None) };
         let text = std::fs::read(path).map_err(|e| Error::io(path.display().to_string(), e))?;
         let spectra = format!("{:?} {:?}", scene.inks, scene.lights);
-        let rows = format!("{:?} {} {rule:?}", self.rows, scene.geometry.len());
+        let rows = format!("{:?} {} {:?} {:?}", self.rows, scene.geometry.len(), few, self.max_bounces);
         let parts: [&[u8]; 4] = [&text, spectra.as_bytes(), &run.history, rows.as_bytes()];
         Checkpoint::open(file, fingerprint(&parts)).map(Some)
     }
@@ -508,8 +354,6 @@ impl Filter for Spectrace {
 
     fn start(self, _: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
         let path = self.scene.as_ref().ok_or_else(|| Error::Usage("expected a scene file".into()))?;
-        let mut scene = load::load(path)?;
-        scene.remarks.iter().for_each(|r| run.notes.add(r.clone()));
         if [self.width, self.height].iter().flatten().any(|n| !(1..=1_000_000).contains(n))
             || self.samples == 0
             || !(1..=64).contains(&self.split)
@@ -518,22 +362,34 @@ impl Filter for Spectrace {
                 "--width, --height and --samples must be at least 1, sizes at most 1000000, --split 1 to 64"
             );
         }
-        if self.rays || self.irradiance {
-            return self.lines(scene, run);
-        }
-        if self.float || self.with_error || self.report {
+        let by_lines = self.rays || self.irradiance;
+        if !by_lines && (self.float || self.with_error || self.report) {
             return usage!("--float and --with-error go with --rays or --irradiance, --report with --irradiance");
         }
-        let Some(camera) = scene.camera.take() else {
+        let load = |without: Without| load::load_without(path, without);
+        let scene = Arc::new(load(self.without()?)?);
+        scene.remarks.iter().for_each(|r| run.notes.add(r.clone()));
+        // Planned as the scene file has its camera: a plan does not depend on the size of the picture.
+        let (planned, without, scene, few) = self.planned(scene, &load, &run.notes)?;
+        let mut scene = Arc::try_unwrap(scene).or_else(|_| load(without))?;
+        scene.camera = scene.camera.map(|c| c.resized(self.width, self.height)).transpose()?;
+        let scene = Arc::new(scene);
+        if by_lines {
+            return planned.lines(scene, few, run);
+        }
+        planned.picture(path, scene, few, run)
+    }
+}
+
+impl Spectrace {
+    fn picture(&self, path: &Path, scene: Arc<Scene>, few: Option<Arc<Few>>, run: &Run) -> Result<Product> {
+        let Some(camera) = &scene.camera else {
             return Err(Error::Invalid("the scene has no [camera]".into()).in_file(path));
         };
-        let camera = camera.resized(self.width, self.height)?;
         let rows = self.row_range(camera.height)?;
-        scene.camera = Some(camera);
-        let scene = Arc::new(scene);
-        let quantity = self.measured(&scene, &run.notes)?;
+        let quantity = self.measured(&scene, few)?;
         note_lost_light(&scene, quantity.range_nm, run)?;
-        let checkpoint = self.checkpoint(&scene, path, quantity.rule.as_deref(), run)?;
+        let checkpoint = self.checkpoint(&scene, path, quantity.few.as_deref(), run)?;
         let job = Job {
             quantity,
             method: self.choice(&scene, run)?,

@@ -158,6 +158,7 @@ pub fn read_index(r: &mut Reader, default: f64) -> Result<(f32, Option<(u32, Ind
     }
     match index {
         Spectrum::Constant(n) => Ok((n as f32, None)),
+        n if r.without.dispersion => Ok((n.at(555.0) as f32, None)),
         n => {
             let ink = r.ink(Ink::Index { n: n.clone(), k: Spectrum::Constant(0.0) });
             let index = Index::new(n);

@@ -9,9 +9,10 @@ use std::sync::Arc;
 use glam::Vec3A;
 
 use crate::Result;
+use crate::material::diffuse::Diffuse;
 use crate::material::kernel::lambert::Lambert;
-use crate::material::read::Reader;
-use crate::material::{Ink, Lobe, Lobes, Material, Site, Tint};
+use crate::material::read::{Paint, Reader};
+use crate::material::{Base, Ink, Lobe, Lobes, Material, Site, Tint};
 use crate::optics::reradiation::Reradiation;
 use crate::spectral::Spectrum;
 
@@ -59,6 +60,10 @@ pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
             (reflectance, dye.map_err(|e| r.keys.wrong(&e.to_string()))?)
         }
     };
+    if r.without.fluorescence {
+        let paint = Paint::Plain(Base::Ink(r.ink(Ink::Reflectance(reflectance))));
+        return Ok(Arc::new(Diffuse { paint, two_sided: r.two_sided()? }));
+    }
     let ink = r.ink(Ink::Reradiation { reflectance, dye: Arc::new(dye) });
     Ok(Arc::new(Fluorescent { ink, two_sided: r.two_sided()? }))
 }

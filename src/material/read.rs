@@ -90,6 +90,30 @@ pub struct Reader<'k, 'a> {
     pub interiors: &'k mut Interiors,
     /// Materials read before this one.
     pub before: &'k [Named],
+    /// Effects that materials are read without.
+    pub without: Without,
+}
+
+/// Effects that a scene is read without: what a plan found that it does not need.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Without {
+    /// Light is its amount alone.
+    pub polarization: bool,
+    /// Fluorescent surfaces keep what they reflect.
+    pub fluorescence: bool,
+    /// Bodies have the index that they have at 555 nm.
+    pub dispersion: bool,
+}
+
+impl Without {
+    /// Those of both.
+    pub fn or(self, o: Without) -> Without {
+        Without {
+            polarization: self.polarization || o.polarization,
+            fluorescence: self.fluorescence || o.fluorescence,
+            dispersion: self.dispersion || o.dispersion,
+        }
+    }
 }
 
 /// A surface's colour: a spectrum, or a texture of them.
@@ -222,6 +246,7 @@ pub fn read_all(
     metres: f64,
     inks: &mut Vec<Ink>,
     interiors: &mut Interiors,
+    without: Without,
 ) -> Result<Vec<Named>> {
     let is_mixture = |k: &Keys| k.peek::<String>("type").is_some_and(|t| t == "mixture");
     let (mixtures, plain): (Vec<_>, Vec<_>) = tables.into_iter().partition(|(_, k)| is_mixture(k));
@@ -236,6 +261,7 @@ pub fn read_all(
             inks,
             interiors,
             before: &materials[..plain_count.min(materials.len())],
+            without,
         })?;
         keys.finish()?;
         materials.push((name, material));

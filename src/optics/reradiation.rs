@@ -130,6 +130,10 @@ impl Reradiation {
         if let Some(nm) = grid().find(|nm| reflectance.at(*nm) + absorption.at(*nm) > 1.0 + 1e-9) {
             return invalid!("reflectance and absorption sum to more than 1 at {nm} nm");
         }
+        let first = grid().find(|nm| absorption.at(*nm) > 0.0).unwrap_or(f64::INFINITY);
+        if first.is_finite() && !grid().any(|nm| nm >= first && emission.at(nm) > 0.0) {
+            return invalid!("emission ends below {first} nm, where absorption begins: no photon gains energy");
+        }
         let yielded = |nm: f64| (nm, absorption.at(nm) * quantum_yield.at(nm));
         let absorbed = Spectrum::from_points(grid().map(yielded).collect())?;
         Ok(Reradiation::Dye { absorbed, emission: emission.clone() })

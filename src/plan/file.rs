@@ -7,30 +7,64 @@ use std::path::Path;
 
 use crate::error::printable;
 use crate::keys::{self, Keys};
-use crate::plan::{Pilot, Plan, Wish};
+use crate::material::read::Without;
+use crate::plan::channels::{Channels, Converter};
+use crate::plan::survey::Survey;
+use crate::plan::{Model, Plan, Wish};
+use crate::render::few::Few;
 use crate::scene::Scene;
 use crate::spectral::Rule;
+use crate::statistics::fnv1a;
 use crate::{Error, Result, invalid};
 
 /// What a plan says to do.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default)]
+pub struct Orders {
+    /// What paths carry; `None` for full bands.
+    pub wavelengths: Wavelengths,
+    /// Effects that the scene is read without.
+    pub without: Without,
+    /// Most bounces.
+    pub max_bounces: Option<u32>,
+    /// Paths a pixel.
+    pub samples: Option<u32>,
+}
+
+/// What paths carry.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum Wavelengths {
-    /// Those of a rule.
+    /// Wavelengths of a rule.
     Few(Rule),
+    /// Channels.
+    Three(Channels),
     /// Full bands.
+    #[default]
     Bands,
 }
 
-/// Stands for all spectra of a scene, and for what decides between a rule and bands: FNV-1a of how they print.
+impl Wavelengths {
+    /// For a scene, which has been read without what the plan leaves out.
+    pub fn few(&self, scene: &Scene) -> Result<Option<Few>> {
+        Ok(match self {
+            Wavelengths::Bands => None,
+            Wavelengths::Few(rule) => Some(Few { rule: rule.clone(), converted: None }),
+            Wavelengths::Three(channels) => {
+                let survey = Survey::of(scene)?;
+                Some(Converter::new(*channels, &survey)?.few(&survey, scene))
+            }
+        })
+    }
+}
+
+/// Stands for all spectra of a scene, and for what decides between a rule and bands: made of how they print.
 pub fn fingerprint(scene: &Scene) -> u64 {
     let text =
         format!("{:?} {:?} {:?} {:?}", scene.inks, scene.lights, scene.effects, scene.looks_at_site.contains(&true));
-    text.bytes().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0000_0100_0000_01b3))
+    fnv1a(text.as_bytes())
 }
 
 /// The text of a plan for a scene.
-pub fn write(scene: &Scene, name: &str, plan: &Plan, pilot: Option<&Pilot>, wish: &Wish) -> String {
-    let quoted = |s: &str| toml::Value::String(s.into()).to_string();
+pub fn write(scene: &Scene, name: &str, plan: &Plan, wish: &Wish) -> String {
     let mut text = String::from("# What a scene needs, by specplan; spectrace --plan renders by it.\n\n");
     let _ = writeln!(text, "scene = {}", quoted(name));
     let _ = writeln!(
@@ -40,52 +74,90 @@ pub fn write(scene: &Scene, name: &str, plan: &Plan, pilot: Option<&Pilot>, wish
     );
     let _ = writeln!(text, "tolerance = {:?} # Delta E 2000", wish.tolerance);
     let _ = writeln!(text, "gain = {:?} # dark pixels are looked at up to so much brighter\n", wish.gain);
-    if let Some(p) = pilot {
-        text.push_str("[pilot] # the same paths in full bands beside it\n");
+    let _ = writeln!(text, "[method]\nuse = \"path\" # it alone has every effect, and noise that cancels in a pilot\n");
+    for effect in &plan.effects {
+        let _ = writeln!(text, "[effects.{}]\non = {}", effect.name, effect.on);
+        let _ = writeln!(
+            text,
+            "bound = {:.4} # Delta E 2000 of the pilot's worst pixel without it, and a quarter\n",
+            effect.bound
+        );
+    }
+    if let Some(depth) = &plan.depth {
+        let _ = writeln!(text, "[depth]\nmax_bounces = {}", depth.max_bounces);
+        let _ = writeln!(
+            text,
+            "tail = {:.4} # Delta E 2000 of the pilot's worst pixel without paths of more than half of that, and a quarter\n",
+            depth.tail
+        );
+    }
+    if let Some(samples) = plan.samples {
+        let seconds = wish.time.unwrap_or(0.0);
+        let _ = writeln!(
+            text,
+            "[effort]\nsamples = {samples} # paths a pixel in {seconds} s, as fast as this machine was\n"
+        );
+    }
+    if let Some(p) = &plan.flight {
+        text.push_str("[pilot] # all of this on the same paths as in full\n");
         let _ = writeln!(text, "pixels = {}\npaths = {}\nwhite_y = {:?} # cd/m2", p.pixels, p.paths, p.white_y);
         let share = 100.0 * p.share();
         let _ = writeln!(text, "worst = {:.4} # {share:.2} % of pixels are no worse, with 99 % confidence\n", p.worst);
     }
+    wavelengths(&mut text, scene, plan);
+    text
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.into()).to_string()
+}
+
+fn wavelengths(text: &mut String, scene: &Scene, plan: &Plan) {
     let _ = writeln!(text, "[wavelengths]\nwhy = {}", quoted(&plan.why));
     for rung in &plan.tried {
         let _ = writeln!(
             text,
-            "# {:2} wavelengths: worst product {:.3}, of more surfaces {:.3}, bound {:.3}",
-            rung.asked,
+            "# {:>8}: worst product {:.3}, of more surfaces {:.3}, bound {:.3}",
+            rung.model.to_string(),
             rung.worst,
             rung.deep,
             rung.bound()
         );
     }
-    let Some(rung) = &plan.chosen else {
+    let Some((rung, few)) = &plan.chosen else {
         text.push_str("mode = \"bands\"\n");
-        return text;
+        return;
     };
+    if let Model::Three(channels) = rung.model {
+        let _ =
+            writeln!(text, "mode = \"{channels}\" # three channels, made of the scene's spectra when it is rendered");
+        return;
+    }
     text.push_str("mode = \"few\"\n");
-    let list = |x: &[f64], digits: usize| x.iter().map(|x| format!("{x:.digits$e}")).collect::<Vec<_>>().join(", ");
-    let nm: Vec<String> = rung.rule.nodes_nm.iter().map(|x| format!("{x:?}")).collect();
+    let list = |x: &[f64]| x.iter().map(|x| format!("{x:.9e}")).collect::<Vec<_>>().join(", ");
+    let nm: Vec<String> = few.rule.nodes_nm.iter().map(|x| format!("{x:?}")).collect();
     let _ = writeln!(text, "nm = [{}]", nm.join(", "));
-    for (light, weights) in scene.lights.iter().zip(&rung.rule.weights) {
+    for (light, weights) in scene.lights.iter().zip(&few.rule.weights) {
         let _ = writeln!(text, "\n[[wavelengths.light]] # XYZ in cd/m2 of what is left of it at each wavelength");
         let _ = writeln!(text, "name = {}", quoted(&light.name));
         for (c, w) in ["x", "y", "z"].iter().zip(weights) {
-            let _ = writeln!(text, "{c} = [{}]", list(w, 9));
+            let _ = writeln!(text, "{c} = [{}]", list(w));
         }
     }
-    text
 }
 
-/// Reads a plan that must have been made for this scene.
+/// Reads a plan that must have been made for this scene, which has all its effects.
 ///
 /// # Errors
 /// One line with the file, the place and what would be right: a plan of another scene, a number of weights that is not that of the
 /// wavelengths, weights below 0, unknown keys.
-pub fn read(path: &Path, scene: &Scene) -> Result<Wavelengths> {
+pub fn read(path: &Path, scene: &Scene) -> Result<Orders> {
     let text = std::fs::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
     parse(&text, scene).map_err(|e| e.in_file(path))
 }
 
-fn parse(text: &str, scene: &Scene) -> Result<Wavelengths> {
+fn parse(text: &str, scene: &Scene) -> Result<Orders> {
+    let not_below_0 = |x: f64| x >= 0.0 && x.is_finite();
     let mut top = keys::parse(text)?;
     let name: String = top.need("scene")?;
     let (made_for, span): (String, _) = match top.get_spanned("fingerprint")? {
@@ -101,9 +173,41 @@ fn parse(text: &str, scene: &Scene) -> Result<Wavelengths> {
     }
     top.number("tolerance", "is no Delta E 2000 above 0", |x| x > 0.0 && x.is_finite())?;
     top.number("gain", "is no factor from 1", |x| x >= 1.0 && x.is_finite())?;
+    let mut orders = Orders::default();
+    if let Some(mut method) = top.table("method")? {
+        let used: String = method.need("use")?;
+        if used != "path" {
+            return Err(
+                method.wrong(&format!("use '{}': path is the only method of plans", printable(used.as_bytes())))
+            );
+        }
+        method.finish()?;
+    }
+    if let Some(mut effects) = top.table("effects")? {
+        let Without { polarization, fluorescence, dispersion } = &mut orders.without;
+        for (name, out) in [("polarization", polarization), ("fluorescence", fluorescence), ("dispersion", dispersion)]
+        {
+            let Some(mut effect) = effects.table(name)? else { continue };
+            *out = !effect.need::<bool>("on")?;
+            effect.number("bound", "is no Delta E 2000", not_below_0)?;
+            effect.finish()?;
+        }
+        effects.finish()?;
+    }
+    if let Some(mut depth) = top.table("depth")? {
+        let whole = |x: f64| (0.0..=4e9).contains(&x) && x.fract() == 0.0;
+        orders.max_bounces = depth.number("max_bounces", "is no number of bounces", whole)?.map(|x| x as u32);
+        depth.number("tail", "is no Delta E 2000", not_below_0)?;
+        depth.finish()?;
+    }
+    if let Some(mut effort) = top.table("effort")? {
+        let whole = |x: f64| (1.0..=4e9).contains(&x) && x.fract() == 0.0;
+        orders.samples = effort.number("samples", "is no number of paths", whole)?.map(|x| x as u32);
+        effort.finish()?;
+    }
     if let Some(mut pilot) = top.table("pilot")? {
         for key in ["pixels", "paths", "white_y", "worst"] {
-            pilot.number(key, "is no number of 0 or more", |x| x >= 0.0 && x.is_finite())?;
+            pilot.number(key, "is no number of 0 or more", not_below_0)?;
         }
         pilot.finish()?;
     }
@@ -111,13 +215,18 @@ fn parse(text: &str, scene: &Scene) -> Result<Wavelengths> {
     top.finish()?;
     k.get::<String>("why")?;
     let mode: String = k.need("mode")?;
-    let wavelengths = match mode.as_str() {
-        "bands" => Wavelengths::Bands,
-        "few" => Wavelengths::Few(rule(&mut k, scene)?),
-        other => return Err(k.wrong(&format!("mode '{}' is neither few nor bands", printable(other.as_bytes())))),
+    orders.wavelengths = match (mode.as_str(), mode.parse()) {
+        ("bands", _) => Wavelengths::Bands,
+        ("few", _) => Wavelengths::Few(rule(&mut k, scene)?),
+        (_, Ok(channels)) => Wavelengths::Three(channels),
+        (other, _) => {
+            return Err(
+                k.wrong(&format!("mode '{}' is neither few nor relative nor bands", printable(other.as_bytes())))
+            );
+        }
     };
     k.finish()?;
-    Ok(wavelengths)
+    Ok(orders)
 }
 
 fn rule(k: &mut Keys, scene: &Scene) -> Result<Rule> {

@@ -16,6 +16,8 @@ pub const BOUNCES: usize = 4;
 /// Surfaces in turn of the worst that are followed further, and how many of those.
 const DEEPEST: usize = 10;
 const FOLLOWED: usize = 48;
+/// Rounds in which worse products are sought near the worst.
+const CLIMBS: usize = 6;
 /// Products that are all looked at; of more, a part, from which the worst are sought.
 const MOST: usize = 20_475;
 
@@ -35,9 +37,7 @@ pub struct Products {
 pub fn viewing(survey: &Survey, gain: f64) -> Viewing {
     let mut white = [0.0; 3];
     for light in &survey.lights {
-        for (sum, w) in white.iter_mut().zip(&light.weights) {
-            *sum += w.iter().sum::<f64>() / survey.lights.len() as f64;
-        }
+        white.iter_mut().zip(light.xyz()).for_each(|(sum, w)| *sum += w / survey.lights.len() as f64);
     }
     Viewing { white, gain, shown: None }
 }
@@ -54,11 +54,11 @@ impl Products {
     pub fn of(survey: &Survey) -> (Products, bool) {
         let n = survey.shares.len();
         let mut products = Products::default();
-        let all = (0..=BOUNCES).map(|k| choices(n, k)).sum::<usize>();
+        let all = (0..=survey.surfaces).map(|k| choices(n, k)).sum::<usize>();
         products.add(survey, vec![Met::new()]);
-        for k in 1..=BOUNCES {
+        for k in 1..=survey.surfaces {
             let count = choices(n, k);
-            let room = MOST.saturating_sub(products.met.len()) / (BOUNCES + 1 - k);
+            let room = MOST.saturating_sub(products.met.len()) / (survey.surfaces + 1 - k);
             let step = if all <= MOST || k <= 2 { 1 } else { count.div_ceil(room.max(1)) };
             products.add(survey, (0..count).step_by(step).map(|i| multiset(i, k)).collect());
         }
@@ -77,7 +77,8 @@ impl Products {
     ) -> (Products, Vec<f64>) {
         let mut front: Vec<Met> = worst(errors, FOLLOWED).into_iter().map(|i| self.met[i].clone()).collect();
         let (mut found, mut found_errors) = (Products::default(), Vec::new());
-        for _ in BOUNCES..DEEPEST {
+        let deepest = if survey.surfaces < BOUNCES { BOUNCES } else { DEEPEST };
+        for _ in BOUNCES..deepest {
             let by = |m: &Met| (0..survey.shares.len() as u8).map(|i| [&m[..], &[i]].concat()).collect::<Vec<_>>();
             let mut more: Vec<Met> = front.iter().flat_map(by).collect();
             more.iter_mut().for_each(|m| m.sort_unstable());
@@ -87,11 +88,38 @@ impl Products {
             next.add(survey, more);
             let errors = next.errors(survey, nodes, rule, view);
             front = worst(&errors, FOLLOWED).into_iter().map(|i| next.met[i].clone()).collect();
-            found.met.append(&mut next.met);
-            found.xyz.append(&mut next.xyz);
+            found.append(&mut next);
             found_errors.extend(errors);
         }
         (found, found_errors)
+    }
+
+    /// Products near the worst of these, whose errors are known: one spectrum exchanged for each other, the worst of those again, as long as
+    /// that finds worse ones. Where only a part is looked at, this is where the worst of the others are.
+    pub fn climbed(&self, survey: &Survey, nodes: &[usize], rule: &Rule, view: &Viewing, errors: &[f64]) -> Products {
+        let mut known: std::collections::BTreeSet<Met> = self.met.iter().cloned().collect();
+        let mut front: Vec<Met> = worst(errors, FOLLOWED).into_iter().map(|i| self.met[i].clone()).collect();
+        let (mut found, mut most) = (Products::default(), errors.iter().copied().fold(0.0, f64::max));
+        for _ in 0..CLIMBS {
+            let mut next = Products::default();
+            let exchanged = front.iter().flat_map(|m| exchanges(m, survey.shares.len() as u8));
+            next.add(survey, exchanged.filter(|m| known.insert(m.clone())).collect());
+            let errors = next.errors(survey, nodes, rule, view);
+            front = worst(&errors, FOLLOWED).into_iter().map(|i| next.met[i].clone()).collect();
+            let better = errors.iter().copied().fold(0.0, f64::max);
+            found.append(&mut next);
+            if better <= most {
+                break;
+            }
+            most = better;
+        }
+        found
+    }
+
+    /// Takes in others.
+    pub fn append(&mut self, others: &mut Products) {
+        self.met.append(&mut others.met);
+        self.xyz.append(&mut others.xyz);
     }
 
     /// Works out the colours of more.
@@ -118,6 +146,17 @@ impl Products {
         };
         self.met.iter().zip(self.xyz.chunks_exact(lights)).map(one).collect()
     }
+}
+
+/// A product with one spectrum exchanged for another, in all ways.
+fn exchanges(met: &Met, spectra: u8) -> Vec<Met> {
+    let one = |(at, to): (usize, u8)| {
+        let mut new = met.clone();
+        new[at] = to;
+        new.sort_unstable();
+        new
+    };
+    (0..met.len()).flat_map(|at| (0..spectra).map(move |to| (at, to))).map(one).collect()
 }
 
 /// Which are the largest, so many of them.

@@ -184,7 +184,8 @@ impl Gas<'_> {
             return camera.ray(f64::from(x) * width, f64::from(y) * height, sampler.pair(1));
         }
         let lamps = &self.scene.lamps;
-        let lamp = &lamps[number as usize % lamps.len().max(1)];
+        // Media alone may give off light.
+        let lamp = lamps.get(number as usize % lamps.len().max(1))?;
         if lamp.is_distant() {
             let to = lamp.aim(Vec3A::ZERO, sampler.pair(0))?.direction;
             let ([x, y], (s, t)) = (kernel::disk(sampler.pair(1)), ray::frame(to));

@@ -14,9 +14,11 @@ use crate::notes::Notes;
 use crate::optics::aperture::Airy;
 use crate::render::beam::{Beam, Stokes};
 use crate::render::comb::Comb;
-use crate::render::film::{Bands, Film, Responses, StokesBands};
+use crate::render::few::Few;
+use crate::render::film::{Bands, Film, Responses, StokesBands, light_weights};
 use crate::render::inks::{Inks, Outline};
 use crate::render::lanes::{GROUP, Lanes};
+use crate::render::layers::Layers;
 use crate::render::method::{Choice, Method};
 use crate::render::plane;
 use crate::render::sampler::Sampler;
@@ -24,7 +26,7 @@ use crate::render::trail::{Arrived, Trail};
 use crate::render::wavelengths::Carried;
 use crate::scene::{Scene, ray};
 use crate::simd;
-use crate::spectral::{Observer, Rule, Sampling, Spectrum, builtin};
+use crate::spectral::{Observer, Sampling, Spectrum, builtin};
 use crate::units::K_M;
 use crate::{Error, Result, invalid};
 
@@ -57,7 +59,7 @@ pub struct Quantity {
     /// Another seed, another noise.
     pub seed: u32,
     /// What XYZ the wavelengths stand for, light by light, where they are few and chosen for the scene; `sampling` is its own.
-    pub rule: Option<Arc<Rule>>,
+    pub few: Option<Arc<Few>>,
 }
 
 /// What the numbers of a probe are.
@@ -69,6 +71,8 @@ pub enum What {
     Spectrum,
     /// The same as Stokes vectors: I, Q, U and V of each wavelength.
     Stokes,
+    /// Of each light, how much of its radiance arrives, a number a wavelength; the lights one after the other ([`Layers`]).
+    Layers,
     /// XYZ, and the five alpha-opic radiances (irradiances) of CIE S 026 in W/sr/m2 (W/m2): S, M, L cone, rhodopic,
     /// melanopic.
     Lighting,
@@ -166,17 +170,17 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
         return invalid!("nothing in the scene gives off light");
     }
     // Light that has changed its wavelength is one of its own, whose factors are its radiance.
-    let own = Spectrum::Constant(1.0);
+    let changed = Spectrum::Constant(1.0);
     let mut lights: Vec<&Spectrum> = scene.lights.iter().map(|l| &l.radiance).collect();
     if scene.fluoresces() {
-        lights.push(&own);
+        lights.push(&changed);
     }
     let observer = Observer::cie1931()?;
     let Quantity { sampling, range_nm, seed, .. } = quantity.clone();
     let outline = match quantity.what {
         What::Spectrum | What::Stokes => Outline::new(&scene.inks, &scene.srgb, &sampling, None),
         // The same paths however many wavelengths they carry.
-        What::Xyz | What::Lighting => {
+        What::Xyz | What::Layers | What::Lighting => {
             let fine = Sampling::bins(range_nm.0, range_nm.1, OUTLINED)?;
             let mut counts = fine.xyz_weights(&observer);
             if scene.fluoresces() {
@@ -189,12 +193,15 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
             Outline::new(&scene.inks, &scene.srgb, &fine, Some(&counts))
         }
     };
-    let carried = Carried::<G>::new(&scene, &sampling, range_nm)?;
+    // The paths are those of the scene's own spectra, whatever stands in their place.
+    let converted = quantity.few.as_ref().and_then(|f| f.converted.as_ref());
+    let (own, srgb) = converted.map_or((&scene.inks, &scene.srgb), |c| (&c.inks, &c.srgb));
+    let carried = Carried::<G>::new(&scene, (own, srgb), &sampling, range_nm)?;
     // The other methods know nothing of it.
     let polarised = matches!(method, Choice::Path(_)) && (scene.polarised || quantity.what == What::Stokes);
     let method = method.on(scene.clone(), outline, range_nm, (Comb::new(&sampling), polarised), &carried)?;
-    let all: Vec<Ink> = scene.inks.iter().chain(method.inks()).cloned().collect();
-    let inks = Inks::<G>::new(&all, &scene.srgb, &sampling).with_lights(&lights[..scene.lights.len()], &sampling);
+    let all: Vec<Ink> = own.iter().chain(method.inks()).cloned().collect();
+    let inks = Inks::<G>::new(&all, srgb, &sampling).with_lights(&lights[..scene.lights.len()], &sampling);
     let cmf = observer.cmf.each_ref().map(|c| c.scaled(K_M));
     let paths = Paths { scene: scene.clone(), method, polarised, comb: Comb::new(&sampling), seed };
     Ok(match quantity.what {
@@ -207,11 +214,21 @@ fn film<const G: usize>(scene: Arc<Scene>, quantity: &Quantity, method: &Choice)
             carrying(polarised, paths, film, inks)
         }
         What::Xyz => {
-            let film = match &quantity.rule {
-                Some(rule) => Responses::<G, 3>::of(&rule.weights),
+            let film = match &quantity.few {
+                Some(few) => Responses::<G, 3>::of(&few.rule.weights),
                 None => Responses::<G, 3>::new(&lights, &sampling, range_nm, &cmf),
             };
             carrying(polarised, paths, film, inks)
+        }
+        What::Layers => {
+            if scene.fluoresces() {
+                return invalid!("the scene fluoresces: light that changes its wavelength is of no one light");
+            }
+            let luminance = match &quantity.few {
+                Some(few) => few.rule.weights.iter().map(|w| w[1].clone()).collect(),
+                None => lights.iter().map(|l| light_weights(l, &sampling, range_nm, &cmf[1])).collect(),
+            };
+            carrying(polarised, paths, Layers::<G>::new(luminance, sampling.count()), inks)
         }
         What::Lighting => {
             let opic = |n: &str| builtin::spectrum(&format!("alphaopic_{n}"));

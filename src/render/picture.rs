@@ -6,12 +6,14 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 
+use crate::error::printable;
 use crate::notes::Notes;
 use crate::render::checkpoint::Checkpoint;
 use crate::render::estimate::{Effort, Estimate, NEIGHBOURS, Probe, Quality, Quantity, What, estimator};
 use crate::render::method::Choice;
 use crate::render::sampler::shared_well;
 use crate::scene::Scene;
+use crate::stream::meaning::{LAYER, MOST_COMPONENTS};
 use crate::stream::{Block, Components, Header, Picture, Resolution, Units};
 use crate::{Result, invalid, parallel};
 
@@ -110,10 +112,18 @@ pub fn render(
     let (components, ncomp) = match job.quantity.what {
         What::Spectrum => (Components::Spectrum, count),
         What::Stokes => (Components::Stokes, 4 * count),
+        What::Layers => (Components::Layers, scene.lights.len() * count),
         What::Xyz | What::Lighting => (Components::Xyz, 3),
     };
+    if ncomp > MOST_COMPONENTS {
+        return invalid!("{ncomp} components a pixel; at most {MOST_COMPONENTS}: take fewer --bands");
+    }
     let spectrum = components != Components::Xyz;
-    let units = if spectrum { Units::SpectralRadiance } else { Units::CdM2 };
+    let units = match components {
+        Components::Layers => Units::Number,
+        Components::Xyz => Units::CdM2,
+        _ => Units::SpectralRadiance,
+    };
     let (first, end) = job.rows;
     let mut header = Header::new(Resolution::upright(width, end - first), components, ncomp, units);
     header.white = scene.white()?;
@@ -128,11 +138,14 @@ pub fn render(
     if (first, end) != (0, height) {
         header.lines.push(format!("ROWS= {first} {end} {height}").into_bytes());
     }
+    for light in scene.lights.iter().filter(|_| components == Components::Layers) {
+        header.lines.push([LAYER, b" ", printable(light.name.as_bytes()).as_bytes()].concat());
+    }
     let estimate = estimator(scene.clone(), &job.quantity, &job.method)?;
     let (effort, paths) = match job.effort {
         Work::Each(effort) => (effort, None),
         Work::Time(time) => {
-            let paths = paths_within(&*estimate, time, (width, first, end));
+            let paths = paths_within(&*estimate, time, 0.05 * time.as_secs_f64(), (width, first, end));
             job.notes.add(format!("{paths} paths a pixel; --samples {paths} gives the same picture"));
             (Effort::Paths(paths), Some(paths))
         }
@@ -162,9 +175,13 @@ fn runs(width: usize, first: usize, rows: usize) -> Vec<(usize, usize, usize)> {
     (first..first + rows).flat_map(row).collect()
 }
 
-/// As many paths a pixel as fit into the time and share a pixel well, from a trial on pixels spread over the picture, a
-/// twentieth of the time long.
-fn paths_within(estimate: &dyn Estimate, time: Duration, (width, first, end): (usize, usize, usize)) -> u32 {
+/// As many paths a pixel as fit into the time and share a pixel well, from a trial of some seconds on pixels spread over the picture.
+pub fn paths_within(
+    estimate: &dyn Estimate,
+    time: Duration,
+    trial_s: f64,
+    (width, first, end): (usize, usize, usize),
+) -> u32 {
     let start = Instant::now();
     let n = estimate.components();
     let pixels = width * (end - first);
@@ -173,7 +190,7 @@ fn paths_within(estimate: &dyn Estimate, time: Duration, (width, first, end): (u
     let mut took = Duration::ZERO;
     // A golden-ratio walk comes by all parts of the picture.
     let mut at = 0.5f64;
-    while start.elapsed() < time.mul_f64(0.05) || done == 0 {
+    while start.elapsed().as_secs_f64() < trial_s || done == 0 {
         let batch: Vec<usize> = (0..64)
             .map(|_| {
                 at = (at + 0.618_033_988_749_894_9).fract();

@@ -1,6 +1,7 @@
 //! The wavelengths of an estimate, whatever their number, for methods that work light out before the eye looks.
 
 use crate::Result;
+use crate::material::Ink;
 use crate::render::film::light_weights;
 use crate::render::inks::Inks;
 use crate::render::lanes::{GROUP, Lanes};
@@ -39,8 +40,13 @@ pub struct Carried<const G: usize> {
 }
 
 impl<const G: usize> Carried<G> {
-    /// Of a scene, of which wavelengths in `range_nm` count.
-    pub fn new(scene: &Scene, sampling: &Sampling, range_nm: (f64, f64)) -> Result<Carried<G>> {
+    /// Of a scene, its own spectra or others in their place, of which wavelengths in `range_nm` count.
+    pub fn new(
+        scene: &Scene,
+        (inks, srgb): (&[Ink], &[Spectrum; 3]),
+        sampling: &Sampling,
+        range_nm: (f64, f64),
+    ) -> Result<Carried<G>> {
         let y = Observer::cie1931()?.cmf[1].scaled(K_M);
         let own = Spectrum::Constant(1.0);
         let lights: Vec<&Spectrum> = scene.lights.iter().map(|l| &l.radiance).chain([&own]).collect();
@@ -48,7 +54,7 @@ impl<const G: usize> Carried<G> {
         if brightness[..scene.lights.len()].iter().flatten().sum::<f64>() <= 0.0 {
             brightness = lights.iter().map(|l| sampling.sample(l)).collect();
         }
-        let inks = Inks::new(&scene.inks, &scene.srgb, sampling);
+        let inks = Inks::new(inks, srgb, sampling);
         Ok(Carried {
             inks,
             brightness: brightness.iter().map(|b| Lanes::from_values(b)).collect(),

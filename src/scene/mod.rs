@@ -170,13 +170,23 @@ impl Scene {
 
     /// Chromaticity of the light that emits the most luminous flux: the picture's white. `None` without visible light.
     pub fn white(&self) -> Result<Option<Xy>> {
+        Ok(self.dominant()?.map(|d| d.1))
+    }
+
+    /// Which light emits the most luminous flux, and its chromaticity. `None` without visible light.
+    pub fn dominant(&self) -> Result<Option<(usize, Xy)>> {
+        self.dominant_dimmed(&vec![1.0; self.lights.len()])
+    }
+
+    /// The same where each light is dimmed by a factor.
+    pub fn dominant_dimmed(&self, factors: &[f64]) -> Result<Option<(usize, Xy)>> {
         let observer = Observer::cie1931()?;
-        let mut best: Option<(f64, Xy)> = None;
+        let mut best: Option<(f64, (usize, Xy))> = None;
         for (i, light) in self.lights.iter().enumerate() {
             let xyz = observer.integrate(&light.radiance);
-            let flux = xyz[1] * self.lamps.iter().map(|l| self.extent(l, i)).sum::<f64>();
+            let flux = factors[i] * xyz[1] * self.lamps.iter().map(|l| self.extent(l, i)).sum::<f64>();
             if let Some(xy) = Xy::of(xyz).filter(|_| best.is_none_or(|b| flux > b.0)) {
-                best = Some((flux, xy));
+                best = Some((flux, (i, xy)));
             }
         }
         Ok(best.filter(|b| b.0 > 0.0).map(|b| b.1))

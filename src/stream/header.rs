@@ -30,6 +30,8 @@ pub enum Components {
     Stokes,
     /// Spectral radiance weighted by responses, one component a response.
     Response,
+    /// How much of each light arrives, a component a wavelength, the lights one after the other.
+    Layers,
 }
 
 impl Components {
@@ -42,6 +44,7 @@ impl Components {
             Components::Spectrum => "SPECTRUM",
             Components::Stokes => "STOKES",
             Components::Response => "RESPONSE",
+            Components::Layers => "LAYERS",
         }
     }
 }
@@ -50,14 +53,15 @@ impl std::str::FromStr for Components {
     type Err = Error;
     fn from_str(s: &str) -> Result<Self> {
         use Components::*;
-        [Y, Xyz, Rgb, Spectrum, Stokes, Response].into_iter().find(|c| c.name().eq_ignore_ascii_case(s)).ok_or_else(
-            || {
+        [Y, Xyz, Rgb, Spectrum, Stokes, Response, Layers]
+            .into_iter()
+            .find(|c| c.name().eq_ignore_ascii_case(s))
+            .ok_or_else(|| {
                 Error::Invalid(format!(
-                    "components '{}': expected Y, XYZ, RGB, SPECTRUM, STOKES or RESPONSE",
+                    "components '{}': expected Y, XYZ, RGB, SPECTRUM, STOKES, RESPONSE or LAYERS",
                     printable(s.as_bytes())
                 ))
-            },
-        )
+            })
     }
 }
 

@@ -12,6 +12,9 @@ use crate::{Error, Result, invalid};
 /// Most components a pixel may have: every nanometre from 1 to 4096, or as many Stokes numbers.
 pub const MOST_COMPONENTS: usize = 4096;
 
+/// Begins the line that names a light of [`Components::Layers`].
+pub const LAYER: &[u8] = b"LAYER=";
+
 /// How pixels are coded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coding {
@@ -71,7 +74,7 @@ pub fn settle(raw: RawHeader, overrides: &Overrides) -> Result<Meaning> {
         }
         Coding::Float(_) | Coding::Double(_) => float(&stated, overrides, resolution, &mut notes)?,
     };
-    if header.units == Units::Number && header.components != Components::Y {
+    if header.units == Units::Number && !matches!(header.components, Components::Y | Components::Layers) {
         return invalid!("UNITS=none does not go with COMPONENTS={}", header.components);
     }
     let unit_factor = unit_factor(coding, &stated, overrides, &header);
@@ -164,7 +167,7 @@ fn float(s: &Stated, o: &Overrides, resolution: Resolution, notes: &mut Vec<Stri
     let fits = match components {
         Components::Y => ncomp == 1,
         Components::Xyz | Components::Rgb => ncomp == 3,
-        Components::Spectrum | Components::Response => true,
+        Components::Spectrum | Components::Response | Components::Layers => true,
         Components::Stokes => ncomp.is_multiple_of(4),
     };
     if !fits {
@@ -190,6 +193,9 @@ fn float(s: &Stated, o: &Overrides, resolution: Resolution, notes: &mut Vec<Stri
             _ => invalid!("a Stokes picture of {} wavelengths must list as many", ncomp / 4),
         };
     }
+    if components == Components::Layers {
+        return layers(s, ncomp, resolution);
+    }
     let units = o.units.or(s.units);
     if components == Components::Response {
         return Ok(Header::new(resolution, components, ncomp, units.unwrap_or(Units::Weighted)));
@@ -207,6 +213,23 @@ fn float(s: &Stated, o: &Overrides, resolution: Resolution, notes: &mut Vec<Stri
     if components == Components::Rgb {
         header.primaries = Some(o.primaries.or(s.primaries).filter(|p| !p.is_xyz()).unwrap_or(Primaries::RADIANCE));
     }
+    Ok(header)
+}
+
+/// A light a LAYER line, each with as many wavelengths.
+fn layers(s: &Stated, ncomp: usize, resolution: Resolution) -> Result<Header> {
+    let lights = s.passed.iter().filter(|l| l.starts_with(LAYER)).count();
+    let count = ncomp / lights.max(1);
+    let sampling = match (&s.wavelengths, &s.splits) {
+        (Some(nm), _) => Sampling::points(nm.clone())?,
+        (None, Some(w)) if count > 0 => Sampling::bins(w[0], w[3], count)?,
+        _ => return invalid!("layers of lights must list their wavelengths"),
+    };
+    if lights * sampling.count() != ncomp {
+        return invalid!("NCOMP={ncomp} is not {lights} LAYER lines times {} wavelengths", sampling.count());
+    }
+    let mut header = Header::new(resolution, Components::Layers, ncomp, Units::Number);
+    header.sampling = Some(sampling);
     Ok(header)
 }
 

@@ -236,7 +236,7 @@ fn scene(text: &str) -> Scene {
 fn estimator_of(text: &str, choice: &Choice) -> (Arc<Scene>, Arc<dyn Estimate>) {
     // All spectra are flat: four wavelengths are as good as eighty.
     let sampling = Sampling::bins(380.0, 780.0, 4).unwrap();
-    let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed: 1, rule: None };
+    let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what: What::Xyz, seed: 1, few: None };
     let scene = Arc::new(scene(text));
     let estimate = estimator(scene.clone(), &quantity, choice).unwrap();
     (scene, estimate)
@@ -246,16 +246,19 @@ fn estimator_of(text: &str, choice: &Choice) -> (Arc<Scene>, Arc<dyn Estimate>) 
 fn replicates(wanted: f64, until: Instant, one: impl Fn(u32, u32) -> f64 + Sync) -> (f64, f64) {
     let mut paths = 32;
     loop {
+        let begin = Instant::now();
         let means: Vec<f64> = (0..R).into_par_iter().map(|r| one(r, paths)).collect();
         let n = f64::from(R);
         let mean = means.iter().sum::<f64>() / n;
         let error = (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
         // Nothing found yet says nothing of the error.
         let known = error <= wanted && (mean != 0.0 || paths > 60_000);
-        if known || Instant::now() >= until {
+        // A round that would not end in time would take it from the values after this one.
+        let (took, left) = (begin.elapsed(), until.saturating_duration_since(Instant::now()));
+        if known || 2 * took > left {
             return (mean, error);
         }
-        paths *= if error > 3.0 * wanted { 4 } else { 2 };
+        paths *= if error > 3.0 * wanted && 4 * took <= left { 4 } else { 2 };
     }
 }
 

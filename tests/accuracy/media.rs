@@ -16,8 +16,13 @@ const UNIT: &str = "spectrum = \"E\"\nluminance = ";
 
 /// A layer of a thickness of 1 m below z = 0, filled with a medium of these keys; `thick` times as thick.
 fn layer(medium: &str, thick: f64) -> String {
+    wide(200, medium, thick)
+}
+
+/// The same, so many metres wide to either side.
+fn wide(half: u32, medium: &str, thick: f64) -> String {
     format!(
-        "[media.m]\n{medium}\n[materials.b]\ntype = \"boundary\"\ninterior = \"m\"\n[[shape]]\ntype = \"box\"\nmin = [-200, -200, -{thick}]\nmax = [200, 200, 0]\nmaterial = \"b\"\n"
+        "[media.m]\n{medium}\n[materials.b]\ntype = \"boundary\"\ninterior = \"m\"\n[[shape]]\ntype = \"box\"\nmin = [-{half}, -{half}, -{thick}]\nmax = [{half}, {half}, 0]\nmaterial = \"b\"\n"
     )
 }
 
@@ -104,7 +109,8 @@ fn single(t: &toml::Table) -> Case {
     for (i, row) in rows(t, id, "rows").iter().enumerate() {
         let [albedo, depth, mu0, mu, back, on] = row[..] else { panic!("{:?}", columns(t, id)) };
         let keys = format!("extinction = {depth}\nalbedo = {albedo}");
-        scenes.push((format!("{}{}", layer(&keys, 1.0), sun(mu0)), 1));
+        // Light that scatters once leaves near where it came in; floats are as fine as the scene is small.
+        scenes.push((format!("{}{}", wide(20, &keys, 1.0), sun(mu0)), 1));
         let label = |what: &str| format!("{what}, albedo {albedo}, depth {depth}, cosines {mu0} and {mu}");
         // What is exact to eight digits; aside of the sun itself.
         let (up, down) = (ray(mu.min(1.0 - 1e-9), true, 1.0), ray(mu, false, 1.0));

@@ -37,7 +37,7 @@ pub fn job(scene: &Scene, bands: usize, samples: u32, seed: u32) -> Job {
         range_nm: (380.0, 780.0),
         what: What::Xyz,
         seed,
-        rule: None,
+        few: None,
     };
     Job {
         quantity,

@@ -26,7 +26,7 @@ pub fn all_measured(
     probes: &[Probe],
     paths: u32,
 ) -> Vec<Vec<f64>> {
-    let quantity = Quantity { sampling: sampling.clone(), range_nm: (300.0, 780.0), what, seed: 1, rule: None };
+    let quantity = Quantity { sampling: sampling.clone(), range_nm: (300.0, 780.0), what, seed: 1, few: None };
     let estimate = estimator(scene.clone(), &quantity, choice).unwrap_or_else(|e| panic!("{e}"));
     let one = |probe: &Probe| {
         let mut out = vec![0f32; estimate.components()];

@@ -35,7 +35,7 @@ impl Look {
             load::parse(text, Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap_or_else(|e| panic!("{e} in\n{text}"));
         let scene = Arc::new(scene);
         let sampling = Sampling::points(nm.to_vec()).unwrap();
-        let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what, seed: 1, rule: None };
+        let quantity = Quantity { sampling, range_nm: (380.0, 780.0), what, seed: 1, few: None };
         let estimate = estimator(scene.clone(), &quantity, method).unwrap();
         Look { scene, estimate }
     }

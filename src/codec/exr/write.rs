@@ -178,7 +178,9 @@ fn layout(header: &Header) -> Result<(Vec<String>, Vec<usize>)> {
         Components::Y => vec!["Y".into()],
         Components::Xyz | Components::Rgb => ["R", "G", "B"].map(String::from).to_vec(),
         Components::Spectrum | Components::Stokes => spectral::names(header)?,
-        Components::Response => return invalid!("OpenEXR has no place for a picture of {}", header.components),
+        Components::Response | Components::Layers => {
+            return invalid!("OpenEXR has no place for a picture of {}", header.components);
+        }
     };
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by(|a, b| names[*a].cmp(&names[*b]));
@@ -222,7 +224,7 @@ fn attributes(header: &Header, white_luminance: f32) -> Attributes {
                 list.add("polarisationHandedness", "string", "right");
             }
         }
-        Components::Y | Components::Response => {}
+        Components::Y | Components::Response | Components::Layers => {}
     }
     list
 }

@@ -100,7 +100,8 @@ impl Rays {
         let n = self.each.len();
         let mut data = vec![[0f32; GROUP]; n * n];
         let mut left = vec![[0f32; GROUP]; n];
-        data.par_chunks_mut(n).zip(&self.each).zip(&mut left).for_each(|((row, rays), left)| {
+        // Nothing but panes may have neither zones nor tiles.
+        data.par_chunks_mut(n.max(1)).zip(&self.each).zip(&mut left).for_each(|((row, rays), left)| {
             simd::wide(
                 #[inline(always)]
                 || add(row, rays, sigma, left),
@@ -193,7 +194,8 @@ fn smooth(data: &mut [[f32; GROUP]], areas: &[[f32; GROUP]], left: &[[f32; GROUP
                 }
             }
         }
-        data.par_chunks_mut(n).zip(left).for_each(|(row, left)| {
+        // Nothing but panes may have neither zones nor tiles.
+        data.par_chunks_mut(n.max(1)).zip(left).for_each(|(row, left)| {
             let mut sum = [0f32; GROUP];
             row.iter().for_each(|s| (0..GROUP).for_each(|k| sum[k] += s[k]));
             let scale: [f32; GROUP] =

@@ -168,6 +168,9 @@ impl Method for March {
             account.steps,
             account.residual
         ));
+        if account.steps >= solve::MOST_STEPS {
+            notes.add("the balance did not converge: surfaces and media absorb next to nothing, and light hardly ends");
+        }
         if account.thickest > 1.0 {
             notes.add(format!(
                 "zones are up to {:.1} mean free paths wide, and blur what goes on in them: more --zones, or --method path",

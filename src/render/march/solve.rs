@@ -21,7 +21,7 @@ use crate::scene::Scene;
 use crate::{Result, invalid};
 
 /// Steps of the balance at most, and the change at which it ends.
-const MOST_STEPS: usize = 4000;
+pub const MOST_STEPS: usize = 4000;
 const SETTLED: f32 = 1e-5;
 
 /// What is asked of it.
@@ -257,7 +257,7 @@ fn balance(
     for step in 1..=MOST_STEPS {
         let sent: Vec<[f32; GROUP]> =
             light.iter().zip(albedo).map(|(g, a)| std::array::from_fn(|k| g[k] * a[k])).collect();
-        let next: Vec<[f32; GROUP]> = (shares.par_chunks(n).zip(source))
+        let next: Vec<[f32; GROUP]> = (shares.par_chunks(n.max(1)).zip(source))
             .map(|(row, source)| {
                 let mut sum = *source;
                 for (f, s) in row.iter().zip(&sent) {

@@ -221,7 +221,7 @@ mod tests {
         for (text, want) in cases {
             let scene = load::parse(&text, std::path::Path::new(".")).unwrap();
             let sampling = Sampling::bins(380.0, 780.0, 8).unwrap();
-            let carried = Carried::<1>::new(&scene, &sampling, (380.0, 780.0)).unwrap();
+            let carried = Carried::<1>::new(&scene, (&scene.inks, &scene.srgb), &sampling, (380.0, 780.0)).unwrap();
             let lamps = Lamps::new(&scene, &carried);
             // 4 % of them meet the ball: 80,000, a third of a per cent.
             let n = 1 << 21;

@@ -172,7 +172,12 @@ struct Around<'a> {
     turn: f32,
     /// The bodies that the eye's side of it is in.
     inside: Inside,
+    /// Mirrors that light is still followed through.
+    mirrors: u32,
 }
+
+/// Mirrors in turn that light from gloss is followed through.
+const MIRRORS: u32 = 16;
 
 fn spot(hit: &Hit, front: bool) -> Spot {
     Spot { place: hit.point, normal: if front { hit.normal } else { -hit.normal }, reach: hit.reach }
@@ -186,7 +191,8 @@ impl Rest for Around<'_> {
         }
     }
 
-    /// Of all ways in which the surface sends light back one by lot, as if it were matt: lamps that it sees, and photons.
+    /// Of all ways in which the surface sends light on one by lot: through mirrors and what is bent to what they show, else as if it were
+    /// matt, lamps that it sees and photons.
     fn sent(&self, met: Option<&Hit>, direction: Vec3A, weight: f32, pairs: &mut Pairs, trail: &mut Trail) {
         let Some(hit) = met else { return };
         let scene = &*self.map.scene;
@@ -197,9 +203,13 @@ impl Rest for Around<'_> {
         let Some(mut lobe) = back.choose(lot) else { return };
         lobe.factor *= weight;
         let front = hit.normal.dot(direction) < 0.0;
-        let around = Around { place: Some((hit, front)), turn: pairs.pair()[0], ..*self };
-        let inside = self.inside;
-        let shade = Shade { scene, rest: &around, shadows: true, follow: Follow::Nothing, inside };
+        // No photons are kept on mirrors.
+        let mirrored = lobe.kernel.is_specular() && self.mirrors > 0;
+        let inside = if mirrored && lobe.kernel.transmits() { at.beyond(self.inside) } else { self.inside };
+        let mirrors = self.mirrors - u32::from(mirrored);
+        let around = Around { place: Some((hit, front)), turn: pairs.pair()[0], inside, mirrors, ..*self };
+        let follow = if mirrored { Follow::All } else { Follow::Nothing };
+        let shade = Shade { scene, rest: &around, shadows: true, follow, inside: self.inside };
         shade.lobe(&at, &lobe, pairs, trail);
     }
 }
@@ -216,7 +226,14 @@ impl Method for PhotonMap {
             |seen, lobe, pairs, trail| {
                 let Seen { hit, front, at, inside } = *seen;
                 let place = Some((hit, front));
-                let around = Around { map: self, place, pass: sampler.index() as usize, turn: pairs.pair()[0], inside };
+                let around = Around {
+                    map: self,
+                    place,
+                    pass: sampler.index() as usize,
+                    turn: pairs.pair()[0],
+                    inside,
+                    mirrors: MIRRORS,
+                };
                 self.shade(&around).lobe(at, lobe, pairs, trail);
             },
         );
@@ -228,7 +245,8 @@ impl Method for PhotonMap {
         let under = view::under(&self.scene, point, normal);
         let place = under.as_ref().map(|(hit, front)| (hit, *front));
         let inside = self.scene.inside(point);
-        let around = Around { map: self, place, pass: sampler.index() as usize, turn: pairs.pair()[0], inside };
+        let (pass, turn) = (sampler.index() as usize, pairs.pair()[0]);
+        let around = Around { map: self, place, pass, turn, inside, mirrors: MIRRORS };
         let mut shade = self.shade(&around);
         if place.is_none() {
             // In mid-air no photons arrive: it looks around.

@@ -12,7 +12,7 @@ use glam::{DVec3, Vec3A};
 
 use crate::color::Uplift;
 use crate::keys::{self, Keys};
-use crate::material::read::Interiors;
+use crate::material::read::{Interiors, Without};
 use crate::material::{Effects, Ink, read as materials};
 use crate::medium::{self, Medium};
 use crate::scene::light::tree::LightTree;
@@ -24,9 +24,14 @@ use shapes::Shapes;
 
 /// Reads a scene file.
 pub fn load(path: &Path) -> Result<Scene> {
+    load_without(path, Without::default())
+}
+
+/// The same without some effects.
+pub fn load_without(path: &Path, without: Without) -> Result<Scene> {
     let text = std::fs::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
     let folder = path.parent().unwrap_or(Path::new("."));
-    parse(&text, folder).map_err(|e| e.in_file(path))
+    parse_without(&text, folder, without).map_err(|e| e.in_file(path))
 }
 
 /// A scene's materials without the scene.
@@ -51,7 +56,8 @@ pub fn materials(path: &Path) -> Result<Materials> {
         let (mut keys, mut inks) = (keys::parse(&text)?, Vec::new());
         let metres = unit(&mut keys)?;
         let (media, mut interiors, _) = read_media(&mut keys, folder, metres, &mut inks)?;
-        let materials = materials::read_all(keys.tables("materials")?, folder, metres, &mut inks, &mut interiors)?;
+        let (tables, all) = (keys.tables("materials")?, Without::default());
+        let materials = materials::read_all(tables, folder, metres, &mut inks, &mut interiors, all)?;
         Ok(Materials { materials, inks, srgb: Uplift::new()?.basis().clone(), media, unit_m: metres })
     };
     read().map_err(|e: Error| e.in_file(path))
@@ -59,6 +65,11 @@ pub fn materials(path: &Path) -> Result<Materials> {
 
 /// Reads a scene's text; files it names lie in `folder`.
 pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
+    parse_without(text, folder, Without::default())
+}
+
+/// The same without some effects.
+pub fn parse_without(text: &str, folder: &Path, without: Without) -> Result<Scene> {
     let mut keys = keys::parse(text)?;
     let metres = unit(&mut keys)?;
     let camera = keys.table("camera")?.map(|k| camera::read(k, metres)).transpose()?;
@@ -67,7 +78,8 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     let mut inks = Vec::new();
     let (media, mut interiors, glows) = read_media(&mut keys, folder, metres, &mut inks)?;
     let everywhere = interiors.named(&mut keys, "medium")?;
-    let materials = materials::read_all(keys.tables("materials")?, folder, metres, &mut inks, &mut interiors)?;
+    let tables = keys.tables("materials")?;
+    let materials = materials::read_all(tables, folder, metres, &mut inks, &mut interiors, without)?;
     let effects = materials.iter().fold(Effects::default(), |e, m| e.or(m.1.effects()));
     let lights = keys.tables("lights")?.into_iter().map(|(name, k)| lights::read(name, k, metres, folder));
     let mut lights = lights.collect::<Result<Vec<_>>>()?;
@@ -100,8 +112,9 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
     Ok(Scene {
         camera: camera.map(|c| c.within(frame)),
         clear: materials.iter().any(|m| m.1.is_clear()),
-        polarised: polarization
-            .unwrap_or_else(|| effects.polarises || lamps.iter().any(|l| l.polarization(Vec3A::Z).is_some())),
+        polarised: !without.polarization
+            && polarization
+                .unwrap_or_else(|| effects.polarises || lamps.iter().any(|l| l.polarization(Vec3A::Z).is_some())),
         effects,
         media,
         looks_at_site: materials.iter().map(|m| rough || m.1.looks_at_site()).collect(),
