@@ -84,11 +84,11 @@ references: all mesh
 stability:
 	STABILITY_WRITE=1 $(CARGO) test --locked --release --test stability -- --nocapture
 
-# The paper's relative colours on rendered scenes: docs/paper-relative.csv and its chart; the page on standard output.
+# The paper's relative colours on rendered scenes: docs/paper-relative-*.csv and their charts; the page on standard output.
 paper-relative: all
-	@$(CARGO) run --locked --quiet --release --example relative -- docs/paper-relative.csv
-	@$(BIN)/pplot --chart docs/paper-relative.csv --x seconds --y delta_e_rms --by case --log \
-		--title "Ways to carry colour, one to five bounces" --labels "seconds,Delta E 2000 (root mean square)" docs/paper-relative.svg
+	@$(CARGO) run --locked --quiet --release --example relative -- docs/paper-relative
+	@for kinds in one two three; do $(BIN)/pplot --chart docs/paper-relative-$$kinds.csv --x seconds --y delta_e_rms --by model --log-y \
+		--title "Ways to carry colour, $$kinds of lamp" --labels "seconds,Delta E 2000 (root mean square)" docs/paper-relative-$$kinds.svg; done
 
 docs/paper-relative.md: $(wildcard examples/relative/*)
 	$(MAKE) --no-print-directory --silent paper-relative > $@.part

@@ -89,7 +89,7 @@ fn plans_that_cannot_be_are_refused() {
         std::fs::write(&file, text).unwrap();
         fails("spectrace", &[&[scene][..], &small].concat(), 1, word);
     };
-    render("scenes/materials.toml", &good, "other spectra");
+    render("scenes/materials.toml", &good, "another scene");
     render("scenes/cornell.toml", &good.replace("nm = [", "nm = [9999.0, "), "250 to 2500");
     render("scenes/cornell.toml", &good.replace("nm = [", "nm = [260.0, "), "weights of X");
     let below = |l: &str| match l.strip_prefix("x = [").and_then(|l| l.split_once(',')) {

@@ -118,8 +118,8 @@ fn what_cannot_be_relit_is_refused() {
     for (set, word) in [
         ("one", "LIGHT="),
         ("four=A", "no such light"),
-        ("one=A:-1", "0 or more"),
-        ("one=A:x", "0 or more"),
+        ("one=A:-1", "a factor"),
+        ("one=A:x", "a factor"),
         ("one=nothing", "nothing"),
     ] {
         let output = run("relight", &[&before, &format!("--set={set}")], &layers);
@@ -127,6 +127,14 @@ fn what_cannot_be_relit_is_refused() {
         assert!(!output.status.success() && text.contains(word) && text.lines().count() == 1, "{set}: {text}");
     }
     fails("relight", &["scenes/cornell.toml"], &layers, 1, "other lights");
+    fails("relight", &[&before, "--set=one=:1", "--set=one=A"], &layers, 2, "twice");
+    let other = room(folder.path(), "other.toml", [("A", 3000.0), ("D65", 3000.0), ("FL2", 900.0)]);
+    fails("relight", &[&other], &layers, 1, "other lights");
+    let sky = ["scenes/sphere.toml", "--per-light", "--width=4", "--samples=1", "--quiet"];
+    let sky = stdout_of("spectrace", &sky, b"");
+    fails("relight", &["scenes/sphere.toml", "--set=environment=A"], &sky, 1, "only be dimmed");
+    let dark = ["scenes/sphere.toml", "--set=environment=:0", "--set=sun=:0", "--quiet"];
+    assert!(floats(&stdout_of("relight", &dark, &sky)).iter().all(|x| *x == 0.0));
     let xyz = stdout_of("spectrace", &[&[&before[..]], &SMALL[..]].concat(), b"");
     fails("relight", &[&before], &xyz, 1, "per-light");
     fails("relight", &[&before], &layers[..layers.len() - 5], 1, "");

@@ -1,7 +1,7 @@
 //! The paper's ways to carry colour, on rendered scenes: full spectra, RGB with white lights, RGB products, the relative colour
 //! approximation by its wording and over white, beside a few wavelengths; under one, two and three kinds of lamp, with one to five bounces.
 //!
-//! `make paper-relative` writes docs/paper-relative.csv and prints docs/paper-relative.md.
+//! `make paper-relative` writes docs/paper-relative-one.csv, -two.csv and -three.csv, and prints docs/paper-relative.md.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -26,8 +26,11 @@ use luxpipe::stream::Block;
 const ROOM: &str = include_str!("room.toml");
 const HEAD: &str = include_str!("head.md");
 /// Lamps of the three places, by the number of kinds.
-const LAMPS: [(&str, [&str; 3]); 3] =
-    [("one", ["A", "A", "A"]), ("two", ["A", "A", "FL11"]), ("three", ["A", "FL11", "D65"])];
+const LAMPS: [(&str, &str, [&str; 3]); 3] = [
+    ("one", "One kind of lamp", ["A", "A", "A"]),
+    ("two", "Two kinds of lamp", ["A", "A", "FL11"]),
+    ("three", "Three kinds of lamp", ["A", "FL11", "D65"]),
+];
 const PATHS: u32 = 64;
 const BOUNCES: u32 = 5;
 
@@ -83,22 +86,17 @@ fn errors(viewing: &Viewing, got: &[f32], want: &[f32], lamps: &[f32]) -> [f64; 
 }
 
 fn main() -> std::io::Result<()> {
-    let table = std::env::args().nth(1).unwrap_or_else(|| "docs/paper-relative.csv".into());
+    let tables = std::env::args().nth(1).unwrap_or_else(|| "docs/paper-relative".into());
     parallel::set_threads(0);
     parallel::ready();
-    let (mut page, mut csv) =
-        (String::from(HEAD), String::from("lamps,bounces,model,case,seconds,delta_e_rms,delta_e_95\n"));
-    for (kinds, lamps) in LAMPS {
+    let mut page = String::from(HEAD);
+    for (kinds, title, lamps) in LAMPS {
         let text = (1..).zip(lamps).fold(ROOM.to_string(), |t, (i, lamp)| t.replace(&format!("LAMP{i}"), lamp));
+        let mut csv = String::from("bounces,model,seconds,delta_e_rms,delta_e_95\n");
         let scene = Arc::new(load::parse(&text, Path::new(".")).expect("the room"));
         let survey = Survey::of(&scene).expect("spectra");
         let seen_lamps = shot(&scene, None, 0, 4).0;
-        let _ = writeln!(
-            page,
-            "\n## {} of lamp: {}\n",
-            if kinds == "one" { "One kind".into() } else { format!("{kinds} kinds") },
-            lamps.join(", ")
-        );
+        let _ = writeln!(page, "\n## {title}: {}\n", lamps.join(", "));
         let _ = writeln!(
             page,
             "| carried | {} | time of 64 paths, s |",
@@ -131,13 +129,14 @@ fn main() -> std::io::Result<()> {
                 let viewing = Viewing { white: white.map(|w| w * white_y), gain: 10.0, shown: None };
                 let [rms, p95] = errors(&viewing, &got, want, &seen_lamps);
                 let _ = write!(row, "| {rms:.2} / {p95:.2} ");
-                let _ = writeln!(csv, "{kinds},{bounces},{name},{name} ({kinds}),{seconds:.4},{rms:.5},{p95:.5}");
+                let plain = name.replace(',', "");
+                let _ = writeln!(csv, "{bounces},{plain},{seconds:.4},{rms:.5},{p95:.5}");
                 last_s = seconds;
             }
             let _ = writeln!(page, "{row}| {last_s:.2} |");
         }
+        std::fs::write(format!("{tables}-{kinds}.csv"), csv)?;
     }
-    std::fs::write(table, csv)?;
     print!("{page}");
     Ok(())
 }

@@ -18,7 +18,7 @@ use crate::render::film::light_weights;
 use crate::scene::{Scene, load};
 use crate::spectral::key::SpectrumKey;
 use crate::spectral::{Observer, Sampling, Spectrum};
-use crate::stream::meaning::LAYER;
+use crate::stream::meaning::{LAYER, LAYERS_OF};
 use crate::stream::tristimulus::integrated;
 use crate::stream::{Components, Header, Picture, Units};
 use crate::units::K_M;
@@ -32,7 +32,7 @@ pub struct Relight {
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath, required = true)]
     #[serde(serialize_with = "lossy")]
     pub scene: Option<PathBuf>,
-    /// Give a light another spectrum of the same luminance, dim it, or both: lamp=FL11, lamp=:0.4, lamp=FL11:0.4; once for each
+    /// Give a light another spectrum of the same luminance, dim it, or both: lamp=FL11, lamp=:0.4, lamp=FL11:0.4; once for each. What stands after the last colon is the factor
     #[arg(long, value_name = "LIGHT=[SPECTRUM][:FACTOR]")]
     pub set: Vec<String>,
     /// Lights without a --set are off
@@ -63,7 +63,7 @@ impl Filter for Relight {
         };
         let mut out = header.clone();
         out.become_tristimulus(Components::Xyz, Units::CdM2);
-        out.lines.retain(|l| !l.starts_with(LAYER));
+        out.lines.retain(|l| !l.starts_with(LAYER) && !l.starts_with(LAYERS_OF.as_bytes()));
         out.white = white(&scene, &factors)?;
         Ok(Product::Picture(integrated(input, out, &[0, 1, 2].map(dimmed))?))
     }
@@ -71,9 +71,10 @@ impl Filter for Relight {
 
 /// The lights of the picture must be those of the scene.
 fn check(scene: &Scene, header: &Header, path: &Path) -> Result<()> {
-    let names = header.lines.iter().filter_map(|l| l.strip_prefix(LAYER)).map(<[u8]>::trim_ascii);
-    let own = scene.lights.iter().map(|l| printable(l.name.as_bytes()));
-    if !names.map(printable).eq(own) {
+    let names = header.lines.iter().filter_map(|l| l.strip_prefix(LAYER)).map(|n| printable(n).trim().to_string());
+    let own = scene.lights.iter().map(|l| printable(l.name.as_bytes()).trim().to_string());
+    let other = header.variable(LAYERS_OF).is_some_and(|of| of != format!("{:016x}", scene.fingerprint()).as_bytes());
+    if other || !names.eq(own) {
         return invalid!(
             "the layers are of other lights than those of {}",
             printable(path.as_os_str().as_encoded_bytes())
@@ -86,26 +87,38 @@ impl Relight {
     /// Gives the scene its new spectra; what each light is dimmed by.
     fn relit(&self, scene: &mut Scene) -> Result<Vec<f64>> {
         let mut factors = vec![if self.only { 0.0 } else { 1.0 }; scene.lights.len()];
+        let mut seen: Vec<&str> = Vec::new();
         for word in &self.set {
             let shown = printable(word.as_bytes());
             let Some((name, change)) = word.split_once('=') else {
                 return usage!("--set {shown}: LIGHT=SPECTRUM, LIGHT=:FACTOR or LIGHT=SPECTRUM:FACTOR");
             };
-            let Some(i) = scene.lights.iter().position(|l| l.name == name) else {
+            let of_name: Vec<usize> = (0..scene.lights.len()).filter(|i| scene.lights[*i].name == name).collect();
+            if of_name.is_empty() {
                 let names: Vec<String> = scene.lights.iter().map(|l| printable(l.name.as_bytes())).collect();
                 return usage!("--set {shown}: the scene has no such light, but {}", names.join(", "));
-            };
+            }
+            if seen.contains(&name) {
+                return usage!("--set {shown}: '{}' is set twice", printable(name.as_bytes()));
+            }
+            seen.push(name);
             let (spectrum, factor) = match change.rsplit_once(':') {
                 Some((spectrum, factor)) => (spectrum, factor.parse::<f64>().ok()),
                 None => (change, Some(1.0)),
             };
-            factors[i] = match factor.filter(|f| *f >= 0.0 && f.is_finite()) {
-                Some(factor) => factor,
-                None => return usage!("--set {shown}: a factor is 0 or more"),
+            let Some(factor) = factor.filter(|f| (0.0..=1e6).contains(f)) else {
+                return usage!("--set {shown}: a factor of 0 to 1000000 stands after the last colon");
             };
-            if !spectrum.is_empty() {
-                let new = spectrum.parse::<SpectrumKey>()?.resolve(Path::new("")).map_err(|e| e.within(&shown))?;
-                scene.lights[i].radiance = as_bright(&new, &scene.lights[i].radiance).map_err(|e| e.within(&shown))?;
+            of_name.iter().for_each(|i| factors[*i] = factor);
+            match (spectrum, &of_name[..]) {
+                ("", _) => {}
+                (_, [i]) => {
+                    let new = spectrum.parse::<SpectrumKey>().and_then(|key| key.resolve(Path::new("")));
+                    let new = new.map_err(|e| e.within(&format!("--set {shown}")))?;
+                    let radiance = &mut scene.lights[*i].radiance;
+                    *radiance = as_bright(&new, radiance).map_err(|e| e.within(&format!("--set {shown}")))?;
+                }
+                _ => return invalid!("--set {shown}: this light is a sum of several spectra; it can only be dimmed"),
             }
         }
         Ok(factors)
@@ -118,6 +131,7 @@ fn as_bright(new: &Spectrum, old: &Spectrum) -> Result<Spectrum> {
     let luminance = |s: &Spectrum| s.product_integral(y, 0.0, f64::INFINITY);
     match (luminance(new), luminance(old)) {
         (n, o) if n > 0.0 && o > 0.0 => Ok(new.scaled(o / n)),
+        (n, _) if n <= 0.0 => invalid!("the new spectrum cannot be seen: it has no luminance to be given"),
         _ => invalid!("a light that cannot be seen has no luminance to keep"),
     }
 }

@@ -52,6 +52,9 @@ pub struct Specplan {
 
 clap_defaults!(Specplan);
 
+/// Pixels of a pilot at most.
+const MOST_PIXELS: usize = 1_000_000;
+
 impl Filter for Specplan {
     const NAME: &'static str = "specplan";
     const ABOUT: &'static str =
@@ -67,6 +70,9 @@ impl Filter for Specplan {
         wish.model = self.model.as_deref().map(model).transpose()?;
         wish.relit = self.relight;
         positive("--time", self.time)?;
+        if self.time.is_some_and(|t| t >= 1e9) || self.pilot > MOST_PIXELS {
+            return usage!("--time is below 1e9 seconds, --pilot at most {MOST_PIXELS} pixels");
+        }
         let scene = Arc::new(load::load(path)?);
         let plan = wish.plan(&scene, &|without| load::load_without(path, without)).map_err(|e| e.in_file(path))?;
         let text = match self.explain {

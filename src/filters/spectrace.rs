@@ -123,7 +123,7 @@ pub struct Spectrace {
     #[arg(long, value_name = "FACTOR", default_value_t = 10.0, requires = "tolerance")]
     pub gain: f64,
     /// Effects to leave out, parted by commas: polarization, fluorescence, dispersion
-    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "plan")]
     pub without: Vec<Effect>,
     /// One layer a light in place of XYZ: how much of it arrives, by wavelength; relight sums them under other lamps
     #[arg(long, conflicts_with_all = ["quantity", "rays", "irradiance"])]

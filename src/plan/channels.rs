@@ -91,7 +91,7 @@ impl Converter {
         };
         let sensed = |light: &Lit| -> [f64; 3] { from_xyz.apply(light.xyz()) };
         let shown = sensed(by);
-        if let Some(small) = shown.iter().find(|c| !(**c > 100.0 * SMALLEST)) {
+        if let Some(small) = shown.iter().find(|c| c.is_nan() || **c <= 100.0 * SMALLEST) {
             return invalid!("the light that materials are seen by has a component of {:.4} in {space}", small / 100.0);
         }
         let mut sensors = [0, 1, 2].map(|c| {

@@ -56,10 +56,11 @@ impl Wavelengths {
     }
 }
 
-/// Stands for all spectra of a scene, and for what decides between a rule and bands: made of how they print.
+/// Stands for a scene's spectra, for what decides between a rule and bands, and for the extent of its surfaces, which depth and effects
+/// hang on: made of how they print.
 pub fn fingerprint(scene: &Scene) -> u64 {
-    let text =
-        format!("{:?} {:?} {:?} {:?}", scene.inks, scene.lights, scene.effects, scene.looks_at_site.contains(&true));
+    let varied = scene.looks_at_site.contains(&true);
+    let text = format!("{:?} {:?} {varied} {:x}", scene.inks, scene.effects, scene.fingerprint());
     fnv1a(text.as_bytes())
 }
 
@@ -69,7 +70,7 @@ pub fn write(scene: &Scene, name: &str, plan: &Plan, wish: &Wish) -> String {
     let _ = writeln!(text, "scene = {}", quoted(name));
     let _ = writeln!(
         text,
-        "fingerprint = \"{:016x}\" # of its spectra: another scene's plan is refused",
+        "fingerprint = \"{:016x}\" # of its spectra and its extent: another scene's plan is refused",
         fingerprint(scene)
     );
     let _ = writeln!(text, "tolerance = {:?} # Delta E 2000", wish.tolerance);
@@ -167,7 +168,7 @@ fn parse(text: &str, scene: &Scene) -> Result<Orders> {
     if made_for != format!("{:016x}", fingerprint(scene)) {
         let name = printable(name.as_bytes());
         let message = format!(
-            "this plan was made for other spectra ('{name}' as it was then); make one for this scene with specplan"
+            "this plan was made for another scene ('{name}' as it was then); make one for this one with specplan"
         );
         return Err(top.wrong_key("fingerprint", span, &message));
     }

@@ -84,7 +84,7 @@ impl<'a> Fit<'a> {
     /// Takes wavelengths in until there are K, each the one that leaves least, then exchanges each for a better one while there is any.
     pub fn choose(&self, nodes: &mut Vec<usize>, k: usize) {
         while nodes.len() < k {
-            let Some(best) = self.best(nodes) else { return };
+            let Some(best) = self.best(nodes) else { break };
             nodes.push(best);
         }
         for _ in 0..EXCHANGES {
@@ -101,7 +101,7 @@ impl<'a> Fit<'a> {
         nodes.sort_unstable();
     }
 
-    /// The candidate that takes most of the error beside these.
+    /// The candidate that takes most of the error beside these, if any takes some: greys need one.
     fn best(&self, nodes: &[usize]) -> Option<usize> {
         let n = self.survey.candidates_nm.len();
         let mut gains = vec![0.0; n];
@@ -117,7 +117,7 @@ impl<'a> Fit<'a> {
                 }
             }
         }
-        (0..n).filter(|j| !nodes.contains(j)).max_by(|a, b| gains[*a].total_cmp(&gains[*b]))
+        (0..n).filter(|j| gains[*j] > 0.0).max_by(|a, b| gains[*a].total_cmp(&gains[*b]))
     }
 
     /// The weights of these wavelengths, for lights of Y = 100.

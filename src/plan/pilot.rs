@@ -94,6 +94,11 @@ impl Pilot {
         Ok(pilot)
     }
 
+    /// Pixels that count.
+    pub fn pixels(&self) -> usize {
+        self.seen.len()
+    }
+
     /// Tries the scene, or the same without some effects, in full bands or few wavelengths, with fewer bounces or all.
     pub fn fly(&self, scene: &Arc<Scene>, few: Option<&Arc<Few>>, max_bounces: Option<u32>) -> Result<Flight> {
         let got = self.colours(scene, few, self.paths, max_bounces.unwrap_or(self.max_bounces))?;

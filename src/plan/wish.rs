@@ -34,6 +34,8 @@ pub struct Wish {
 
 /// Lamps that wavelengths are to be good under, where the scene's own may be exchanged: a smooth one, daylight, and lines of two kinds.
 const LAMPS: [&str; 5] = ["A", "D65", "FL11", "LED-B3", "LED-RGB1"];
+/// Pixels of the pilot that something is left out for.
+const FEWEST_PIXELS: usize = 100;
 /// Paths a pixel of the pilot.
 const PATHS: u32 = 4;
 /// What spectrace does unless told.
@@ -154,7 +156,8 @@ impl Wish {
             false => None,
         };
         let mut scene = scene.clone();
-        if let Some(pilot) = &pilot {
+        // So few pixels tell nothing of the others.
+        if let Some(pilot) = pilot.as_ref().filter(|p| p.pixels() >= FEWEST_PIXELS) {
             self.effects(pilot, &mut scene, again, &mut plan)?;
             self.depth(pilot, &scene, &mut plan)?;
         }
@@ -250,7 +253,8 @@ impl Wish {
         }
         let mut refused = String::new();
         for model in rungs {
-            let rung = match ladder.rung(model, left) {
+            // What is asked for is to be as good as it gets.
+            let rung = match ladder.rung(model, if asked.is_some() { 0.0 } else { left }) {
                 Ok(rung) => rung,
                 Err(e) if asked.is_some() => return Err(e),
                 // A light that the channels cannot make: wavelengths can.
@@ -277,6 +281,9 @@ impl Wish {
                 rung.deep
             );
             plan.why = match asked {
+                None if left < self.tolerance => {
+                    format!("{found}: within {left:.3}, which what is left out leaves of {}{refused}", self.tolerance)
+                }
                 None => format!("{found}: within {left:.3}{refused}"),
                 Some(_) => format!("asked for; {found}"),
             };

@@ -13,7 +13,7 @@ use crate::render::estimate::{Effort, Estimate, NEIGHBOURS, Probe, Quality, Quan
 use crate::render::method::Choice;
 use crate::render::sampler::shared_well;
 use crate::scene::Scene;
-use crate::stream::meaning::{LAYER, MOST_COMPONENTS};
+use crate::stream::meaning::{LAYER, LAYERS_OF, MOST_COMPONENTS};
 use crate::stream::{Block, Components, Header, Picture, Resolution, Units};
 use crate::{Result, invalid, parallel};
 
@@ -137,6 +137,9 @@ pub fn render(
     }
     if (first, end) != (0, height) {
         header.lines.push(format!("ROWS= {first} {end} {height}").into_bytes());
+    }
+    if components == Components::Layers {
+        header.lines.push(format!("{LAYERS_OF}= {:016x}", scene.fingerprint()).into_bytes());
     }
     for light in scene.lights.iter().filter(|_| components == Components::Layers) {
         header.lines.push([LAYER, b" ", printable(light.name.as_bytes()).as_bytes()].concat());

@@ -18,6 +18,7 @@ use crate::color::Xy;
 use crate::material::{Effects, Ink, Material, Site};
 use crate::medium::{Inside, Media};
 use crate::spectral::{Observer, Spectrum};
+use crate::statistics::fnv1a;
 use crate::units::K_M;
 
 pub use camera::Camera;
@@ -151,6 +152,12 @@ impl Scene {
     /// A way's light changes between surfaces: bodies or space are filled.
     pub fn is_filled(&self) -> bool {
         self.effects.fills || self.media.everywhere.is_some()
+    }
+
+    /// Stands for a scene's lights and the extent of its surfaces, however it is seen and whatever these are made of.
+    pub fn fingerprint(&self) -> u64 {
+        let text = format!("{:?} {:?} {} {}", self.lights, self.frame, self.geometry.len(), self.lamps.len());
+        fnv1a(text.as_bytes())
     }
 
     /// Light changes its wavelength on some surface.

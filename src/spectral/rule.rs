@@ -19,7 +19,7 @@ impl Rule {
             return invalid!("the wavelengths of a rule must ascend");
         }
         for (i, row) in weights.iter().flatten().enumerate() {
-            if row.len() != nodes_nm.len() || !row.iter().all(|w| *w >= 0.0 && w.is_finite()) {
+            if row.len() != nodes_nm.len() || !row.iter().all(|w| (0.0..=1e30).contains(w)) {
                 let name = ["X", "Y", "Z"][i % 3];
                 return invalid!(
                     "weights of {name} of light {}: {} numbers of 0 or more, one a wavelength, are right",

@@ -14,6 +14,8 @@ pub const MOST_COMPONENTS: usize = 4096;
 
 /// Begins the line that names a light of [`Components::Layers`].
 pub const LAYER: &[u8] = b"LAYER=";
+/// Key of the line that tells which scene they are of ([`crate::scene::Scene::fingerprint`]).
+pub const LAYERS_OF: &str = "LAYERS_OF";
 
 /// How pixels are coded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -33,8 +33,10 @@ impl Programs {
     pub fn beside(threads: usize) -> Result<Programs> {
         let own = std::env::current_exe().map_err(|e| Error::io("tradeoff", e))?;
         let folder = own.parent().unwrap_or(Path::new(".")).to_path_buf();
-        if !folder.join("spectrace").is_file() {
-            return invalid!("there is no spectrace beside tradeoff in {}", folder.display());
+        for name in ["spectrace", "specplan"] {
+            if !folder.join(name).is_file() {
+                return invalid!("there is no {name} beside tradeoff in {}", folder.display());
+            }
         }
         Ok(Programs { folder, threads })
     }
@@ -75,6 +77,12 @@ impl Programs {
         let _ = std::fs::remove_file(&said_path);
         Ok(if status.success() { Ok(Ran { seconds, peak_mb, said }) } else { Err(said) })
     }
+}
+
+/// A file as an argument: a name that begins with a dash is an option to nobody.
+pub fn file_word(path: &Path) -> String {
+    let name = path.display().to_string();
+    if name.starts_with('-') { format!("./{name}") } else { name }
 }
 
 /// The largest resident size so far, as Linux records it.

@@ -8,6 +8,7 @@ use clap::{Args, ValueHint};
 use crate::error::printable;
 use crate::filter;
 use crate::options::RunOptions;
+use crate::render::estimate::MOST_WAVELENGTHS;
 use crate::stream::output::Output;
 use crate::tradeoff::chart::{self, CHARTS};
 use crate::tradeoff::child::Programs;
@@ -80,7 +81,8 @@ fn list(option: &str, words: &[String], known: &[&str], more: impl Fn(&str) -> b
     let words: Vec<String> = words.iter().filter(|w| *w != "none" && !w.is_empty()).cloned().collect();
     match words.iter().find(|w| !known.contains(&w.as_str()) && !more(w)) {
         Some(word) => {
-            usage!("{option}: '{}' is none of {}, none", printable(word.as_bytes()), known.join(", "))
+            let more = if option == "--plans" { ", 1 to 32 wavelengths, bands1 to bands480" } else { "" };
+            usage!("{option}: '{}' is none of {}, none{more}", printable(word.as_bytes()), known.join(", "))
         }
         None => Ok(words),
     }
@@ -88,13 +90,26 @@ fn list(option: &str, words: &[String], known: &[&str], more: impl Fn(&str) -> b
 
 impl Tradeoff {
     fn wanted(&self) -> Result<Wanted> {
-        let bands = |w: &str| w.strip_prefix("bands").is_some_and(|n| n.parse().is_ok_and(|n: usize| n > 0));
-        let count = |w: &str| w.parse().is_ok_and(|k: usize| (1..=32).contains(&k));
+        let within = |n: &str, most: usize| {
+            n.bytes().all(|b| b.is_ascii_digit()) && n.parse().is_ok_and(|n: usize| (1..=most).contains(&n))
+        };
+        let bands = |w: &str| w.strip_prefix("bands").is_some_and(|n| within(n, MOST_WAVELENGTHS));
+        let count = |w: &str| within(w, 32);
         let methods: Vec<&str> = METHODS.iter().map(|m| m.name).collect();
         for (option, x) in [("--seconds", self.seconds), ("--reference-seconds", self.reference_seconds)] {
             if !(x > 0.0 && x < 1e7) {
                 return usage!("{option} {x}: seconds above 0");
             }
+        }
+        if !(self.tolerance > 0.0 && self.tolerance <= 100.0)
+            || self.width.is_some_and(|w| !(1..=1_000_000).contains(&w))
+        {
+            return usage!("--tolerance is a Delta E 2000 above 0, --width 1 to 1000000 pixels");
+        }
+        let names: Vec<_> = self.scenes.iter().map(|s| s.file_stem()).collect();
+        if let Some(i) = (1..names.len()).find(|i| names[..*i].contains(&names[*i])) {
+            let name = printable(names[i].unwrap_or_default().as_encoded_bytes());
+            return usage!("two scenes are called '{name}': their charts and references would have one name");
         }
         if !(self.gain >= 1.0 && self.gain <= 1e6) || self.samples == 0 {
             return usage!("--gain is a factor from 1, --samples at least 1");

@@ -37,11 +37,11 @@ pub fn page(head: &str, sections: &[Section], tables: &[Table]) -> String {
         text += "<a href=\"#filters\">filters</a> ";
     }
     text += "<button id=\"toggle\" type=\"button\">Show error maps</button></nav>\n";
-    let _ = write!(
+    let _ = writeln!(
         text,
         "<p>A method's error is against the mean of independent renders by path tracing, noise and all; below the level \
          that is that mean's own standard error nothing can be told. A plan's error is against full bands on the same paths, so that noise \
-         cancels. Error maps run from black (0) over red to white ({MOST_DELTA_E} Delta E 2000 and more). Click a column's head to sort.</p>\n"
+         cancels. Error maps run from black (0) over red to white ({MOST_DELTA_E} Delta E 2000 and more). Click a column's head to sort.</p>"
     );
     sections.iter().for_each(|s| section(&mut text, s));
     if !tables.is_empty() {
@@ -65,7 +65,7 @@ fn section(text: &mut String, s: &Section) {
         let label = match row.kind {
             Kind::Reference => "reference".to_string(),
             Kind::Method => format!("{}, {:.2} s", row.name, row.seconds),
-            Kind::Plan => format!("paths carry {}", row.name),
+            Kind::Plan => carried(&row.name),
         };
         let label = escaped(&label);
         let _ = write!(text, "<figure>");
@@ -110,19 +110,35 @@ fn section(text: &mut String, s: &Section) {
 
 /// A table of cells that are HTML already.
 fn grid(text: &mut String, columns: &[&str], rows: impl Iterator<Item = Vec<String>>) {
-    let class = |cell: &str| if cell.starts_with(|c: char| c.is_ascii_digit()) { "" } else { " class=\"words\"" };
+    let class = |cell: &str, column: &str| match column {
+        "name" => " class=\"words\"",
+        _ if cell.starts_with(|c: char| c.is_ascii_digit()) => "",
+        _ => " class=\"words\"",
+    };
     text.push_str("<div class=\"wide\"><table>\n<thead><tr>");
     columns.iter().for_each(|c| *text += &format!("<th>{}</th>", escaped(c)));
     text.push_str("</tr></thead>\n<tbody>\n");
     for row in rows {
         text.push_str("<tr>");
         for (cell, column) in row.iter().zip(columns) {
-            let class = if *column == "note" { " class=\"words note\"" } else { class(cell) };
-            *text += &format!("<td{class}>{cell}</td>");
+            *text += &match *column {
+                "note" => format!("<td class=\"words note\" title=\"{cell}\">{cell}</td>"),
+                column => format!("<td{}>{cell}</td>", class(cell, column)),
+            };
         }
         text.push_str("</tr>\n");
     }
     text.push_str("</tbody></table></div>\n");
+}
+
+/// What paths carry, in words.
+fn carried(plan: &str) -> String {
+    match (plan.parse::<usize>(), plan.strip_prefix("bands")) {
+        (Ok(_), _) => format!("{plan} wavelengths"),
+        (_, Some(count)) => format!("{count} bands"),
+        _ if plan == "specplan" => "specplan's choice".into(),
+        _ => format!("{plan} colours"),
+    }
 }
 
 /// Three digits; nothing of what is no number.
@@ -131,7 +147,7 @@ fn short(x: f64) -> String {
         x if !x.is_finite() => String::new(),
         x if x.abs() >= 100.0 => format!("{x:.0}"),
         x if x.abs() >= 1.0 => format!("{x:.2}"),
-        x if x == 0.0 => "0".into(),
+        0.0 => "0".into(),
         x => format!("{x:.4}"),
     }
 }

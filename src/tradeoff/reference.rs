@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::statistics::fnv1a;
 use crate::stream::output::Output;
 use crate::stream::spool::Limits;
-use crate::tradeoff::child::Programs;
+use crate::tradeoff::child::{Programs, file_word};
 use crate::tradeoff::judge::Seen;
 use crate::{Error, Result, invalid};
 
@@ -74,18 +74,23 @@ impl Making<'_> {
         if !file.is_file() {
             return Ok(None);
         }
-        let seen = Seen::read(file, self.limits)?;
+        // A damaged one is made again.
+        let Ok(seen) = Seen::read(file, self.limits) else { return Ok(None) };
         let numbers = seen.header.variable(NOISE).map(|v| String::from_utf8_lossy(v).into_owned()).unwrap_or_default();
         let numbers: Vec<f64> = numbers.split_whitespace().filter_map(|n| n.parse().ok()).collect();
         let same = seen.header.variable(KEY) == Some(key.as_bytes());
-        Ok(<[f64; 2]>::try_from(numbers).ok().filter(|_| same).map(|noise| (seen, noise)))
+        // With the seconds that it took, and the gain by which its colours were compared.
+        Ok(match numbers[..] {
+            [y, rms, seconds, gain] if same && seconds >= self.seconds && gain == self.gain => Some((seen, [y, rms])),
+            _ => None,
+        })
     }
 
     fn render(&self, scene: &Path, name: &str, options: &[&str]) -> Result<Seen> {
         let picture = self.folder.join(format!("{name}.lux"));
         let mut words: Vec<String> = options.iter().map(|o| o.to_string()).collect();
         words.extend(self.width.map(|w| format!("--width={w}")));
-        words.push(scene.display().to_string());
+        words.push(file_word(scene));
         match self.programs.run("spectrace", &words, &picture)? {
             Ok(_) => Seen::read(&picture, self.limits),
             Err(said) => invalid!("{said}"),
@@ -111,7 +116,9 @@ impl Making<'_> {
         }
         let noise = squares.map(|s| s.sqrt() * share);
         seen.header.lines.push(format!("{KEY}= {key}").into_bytes());
-        seen.header.lines.push(format!("{NOISE}= {:.6} {:.6}", noise[0], noise[1]).into_bytes());
+        seen.header
+            .lines
+            .push(format!("{NOISE}= {:.6} {:.6} {} {}", noise[0], noise[1], self.seconds, self.gain).into_bytes());
         std::fs::create_dir_all(self.kept).map_err(|e| Error::io(self.kept.display().to_string(), e))?;
         keep(&seen, file.to_path_buf())?;
         Ok(Reference { seen, noise, white_y, fresh: true })

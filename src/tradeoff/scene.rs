@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::stream::spool::Limits;
-use crate::tradeoff::child::{Programs, Ran};
+use crate::tradeoff::child::{Programs, Ran, file_word};
 use crate::tradeoff::judge::{Errors, Seen};
 use crate::tradeoff::methods::{METHODS, Method, PATH};
 use crate::tradeoff::picture;
@@ -74,7 +74,7 @@ impl Subject<'_> {
         let mut words: Vec<String> = options.split_whitespace().map(String::from).collect();
         words.extend_from_slice(more);
         words.extend(self.making.width.map(|w| format!("--width={w}")));
-        words.push(self.path.display().to_string());
+        words.push(file_word(self.path));
         Ok(match self.programs().run("spectrace", &words, &file)? {
             Ok(ran) => Ok(Shot { seen: Seen::read(&file, self.limits())?, ran }),
             Err(said) => Err(said),
@@ -206,7 +206,7 @@ impl Subject<'_> {
             return Ok(Ok((format!("--bands={count}"), 0.0)));
         }
         let file = self.making.folder.join(format!("{plan}.plan"));
-        let mut words = vec![self.path.display().to_string()];
+        let mut words = vec![file_word(self.path)];
         match plan {
             "specplan" => words.push(format!("--tolerance={}", self.wanted.tolerance)),
             model => words.extend([format!("--model={model}"), "--pilot=0".into()]),

@@ -71,10 +71,11 @@ impl Spectrace {
         let mut planned = self.clone();
         // Where the other methods end is their own.
         if self.method == Solver::Path {
-            planned.max_bounces = self.max_bounces.into_iter().chain(orders.max_bounces).min();
+            planned.max_bounces = self.max_bounces.or(orders.max_bounces);
         }
         if self.samples == Spectrace::default().samples && self.error.is_none() && self.time.is_none() {
             planned.samples = orders.samples.unwrap_or(self.samples);
+            orders.samples.iter().for_each(|n| notes.add(format!("{n} paths a pixel, by the plan")));
         }
         Ok((planned, without, scene, few))
     }
