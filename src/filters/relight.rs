@@ -8,7 +8,6 @@ use clap::{Args, ValueHint};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-use crate::color::Xy;
 use crate::error::printable;
 use crate::filter::{Filter, Product, Run};
 use crate::options::lossy;
@@ -64,7 +63,7 @@ impl Filter for Relight {
         let mut out = header.clone();
         out.become_tristimulus(Components::Xyz, Units::CdM2);
         out.lines.retain(|l| !l.starts_with(LAYER) && !l.starts_with(LAYERS_OF.as_bytes()));
-        out.white = white(&scene, &factors)?;
+        out.white = scene.dominant_dimmed(&factors)?.map(|d| d.1);
         Ok(Product::Picture(integrated(input, out, &[0, 1, 2].map(dimmed))?))
     }
 }
@@ -156,9 +155,4 @@ fn weights(scene: &Scene, sampling: &Sampling, run: &Run) -> Result<Vec<[Vec<f64
     let range_nm = (a.0.min(b.0), a.1.max(b.1));
     let of = |l: &crate::scene::Light| cmf.each_ref().map(|c| light_weights(&l.radiance, sampling, range_nm, c));
     Ok(scene.lights.iter().map(of).collect())
-}
-
-/// Chromaticity of what gives most light now.
-fn white(scene: &Scene, factors: &[f64]) -> Result<Option<Xy>> {
-    Ok(scene.dominant_dimmed(factors)?.map(|d| d.1))
 }

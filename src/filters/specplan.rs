@@ -12,7 +12,7 @@ use crate::filter::{Filter, Product, Run};
 use crate::filters::positive;
 use crate::options::lossy;
 use crate::plan::channels::Channels;
-use crate::plan::{Model, Plan, Rung, Wish, file};
+use crate::plan::{Model, Plan, Wish, file};
 use crate::scene::load;
 use crate::stream::Picture;
 use crate::stream::output::Output;
@@ -114,12 +114,7 @@ fn explained(plan: &Plan) -> String {
         let model = rung.model.to_string();
         text += &format!("{model:11}  {:13.3}  {:7.3}  {:5.3}\n", rung.worst, rung.deep, rung.bound());
     }
-    let chosen = match &plan.chosen {
-        None => "full bands".into(),
-        Some((Rung { model: Model::Three(channels), .. }, _)) => format!("{channels} colours"),
-        Some((rung, _)) => format!("{} wavelengths", rung.rule.nodes_nm.len()),
-    };
-    text += &format!("{chosen}: {}\n", plan.why);
+    text += &format!("{}: {}\n", plan.carried("full bands"), plan.why);
     if let Some(p) = &plan.flight {
         let share = 100.0 * p.share();
         text += &format!(

@@ -99,14 +99,18 @@ impl Plan {
         self.chosen.as_ref().map_or(0.0, |c| c.0.bound()) + self.left_out()
     }
 
-    /// In a line, with the bands that full ones have.
-    pub fn told(&self, bands: usize) -> String {
-        let carried = match &self.chosen {
+    /// What paths carry, in words; `bands` stands for full ones.
+    pub fn carried(&self, bands: &str) -> String {
+        match &self.chosen {
             Some((Rung { model: Model::Three(channels), .. }, _)) => format!("{channels} colours"),
             Some((rung, _)) => format!("{} wavelengths", rung.rule.nodes_nm.len()),
-            None => format!("{bands} bands"),
-        };
-        let mut text = format!("{carried}; {}", self.why);
+            None => bands.to_string(),
+        }
+    }
+
+    /// In a line, with the bands that full ones have.
+    pub fn told(&self, bands: usize) -> String {
+        let mut text = format!("{}; {}", self.carried(&format!("{bands} bands")), self.why);
         for e in self.effects.iter().filter(|e| !e.on) {
             text += &format!("; without {}, {:.3}", e.name, e.bound);
         }

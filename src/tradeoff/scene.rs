@@ -93,7 +93,7 @@ impl Subject<'_> {
         tell(&first);
         let mut rows = vec![first];
         let text = std::fs::read_to_string(self.path).map_err(|e| Error::io(self.path.display().to_string(), e))?;
-        let filled = text.contains("[media.");
+        let filled = text.parse::<toml::Table>().is_ok_and(|t| t.contains_key("media"));
         let wanted = |m: &&Method| self.wanted.methods.iter().any(|w| w == m.name) && (filled || !m.media_only);
         for method in METHODS.iter().filter(wanted) {
             rows.extend(self.by_method(method, &reference, None, tell)?);
@@ -106,6 +106,17 @@ impl Subject<'_> {
         let width = seen.header.resolution.width;
         let white = reference.seen.white();
         Ok([picture::shown(&seen.xyz, width, white, reference.white_y)?, picture::error_map(&errors.map, width)?])
+    }
+
+    /// What a run came to: its cost, and its errors against `want`, under the reference's white.
+    fn fill(&self, row: &mut Row, shot: &Shot, want: &Seen, planning_s: f64, reference: &Reference) -> Result<()> {
+        let errors = want.errors_of(&shot.seen, reference.white_y, self.making.gain)?;
+        (row.planning_s, row.seconds) = (planning_s, shot.ran.seconds + planning_s);
+        row.relative_rmse = errors.relative_rmse;
+        row.delta_e = [errors.rms, errors.p95];
+        row.peak_mb = shot.ran.peak_mb;
+        row.shown = Some(self.shown(&shot.seen, &errors, reference)?);
+        Ok(())
     }
 
     /// Ever more work, until a run takes its seconds. A plan's file, with the seconds that it took, makes it a row of that plan.
@@ -131,15 +142,9 @@ impl Subject<'_> {
                     return Ok(rows);
                 }
             };
-            let errors = reference.seen.errors_of(&shot.seen, reference.white_y, self.making.gain)?;
-            row.planning_s = plan.map_or(0.0, |p| p.1);
-            row.seconds = shot.ran.seconds + row.planning_s;
-            row.relative_rmse = errors.relative_rmse;
-            row.delta_e = [errors.rms, errors.p95];
-            row.peak_mb = shot.ran.peak_mb;
+            self.fill(&mut row, &shot, &reference.seen, plan.map_or(0.0, |p| p.1), reference)?;
             row.note =
                 shot.ran.said.lines().map(|l| l.trim_start_matches("spectrace: ")).collect::<Vec<_>>().join("; ");
-            row.shown = Some(self.shown(&shot.seen, &errors, reference)?);
             tell(&row);
             let last = row.seconds > self.wanted.seconds;
             rows.iter_mut().for_each(|r| r.shown = None);
@@ -166,7 +171,6 @@ impl Subject<'_> {
                 return Ok(vec![row]);
             }
         };
-        let white_y = reference.white_y;
         for plan in &self.wanted.plans {
             let mut row = self.row(Kind::Plan, plan, &paths);
             let (options, planning_s) = match self.planned(plan)? {
@@ -179,14 +183,7 @@ impl Subject<'_> {
                 }
             };
             match self.shot(&paths, std::slice::from_ref(&options))? {
-                Ok(shot) => {
-                    let errors = full.seen.errors_of(&shot.seen, white_y, self.making.gain)?;
-                    (row.planning_s, row.seconds) = (planning_s, shot.ran.seconds + planning_s);
-                    row.relative_rmse = errors.relative_rmse;
-                    row.delta_e = [errors.rms, errors.p95];
-                    row.peak_mb = shot.ran.peak_mb;
-                    row.shown = Some(self.shown(&shot.seen, &errors, reference)?);
-                }
+                Ok(shot) => self.fill(&mut row, &shot, &full.seen, planning_s, reference)?,
                 Err(said) => row.note = said,
             }
             tell(&row);
