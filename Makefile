@@ -3,26 +3,30 @@
 CARGO ?= cargo
 PREFIX ?= /usr/local
 FILTERS := $(notdir $(basename $(wildcard src/bin/*.rs)))
-PICTURES := $(patsubst pipelines/%.toml,out/%.png,$(wildcard pipelines/*.toml))
+PROGRAM_PREFIX ?=
+RULES := $(patsubst pipelines/%.toml,out/rules/%.mk,$(wildcard pipelines/*.toml))
 BIN := target/release
 FUZZ_TARGETS := $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
 FUZZ_SECONDS ?= 60
 FUZZ_LIMITS := -rss_limit_mb=512 -timeout=10 -max_len=65536
 
-.PHONY: all demo test lint fuzz bench bench-rays bench-render bench-methods bench-effects bench-media bench-plan tradeoff tradeoff-quick references stability paper-relative mesh accuracy man paper-colour paper-encodings paper-tone intents install clean
+.PHONY: all demo test lint fuzz bench bench-rays bench-render bench-methods bench-effects bench-media bench-plan tradeoff tradeoff-quick references stability paper-relative mesh accuracy man paper-colour paper-encodings paper-tone paper intents install clean
 
 all:
 	$(CARGO) build --release --locked
 
-demo: all
-	@mkdir -p out
-	@$(MAKE) --no-print-directory $(PICTURES)
-	@ls -l $(PICTURES)
+# luxpipe knows what each pipeline depends on: scenes, their meshes and spectra, other pictures.
+demo: all $(RULES)
+	@PATH="$(CURDIR)/$(BIN):$$PATH" $(MAKE) --no-print-directory $(RULES:%=-f %) $(notdir $(basename $(RULES)))
+	@ls -l out/*.png
 
-# A picture is rebuilt when its pipeline, a scene, a spectrum or the program changed.
-out/%.png: pipelines/%.toml $(wildcard scenes/*.toml scenes/*/*.obj) $(wildcard spectra/*.csv) $(BIN)/luxpipe
-	@mkdir -p out
-	$(BIN)/luxpipe $<
+# A picture by its name is made again when its pipeline, or anything that goes into it, has changed.
+out/%.png: all $(RULES)
+	@PATH="$(CURDIR)/$(BIN):$$PATH" $(MAKE) --no-print-directory $(RULES:%=-f %) $@
+
+out/rules/%.mk: pipelines/%.toml all
+	@mkdir -p $(@D)
+	@$(BIN)/luxpipe --make $< > $@
 
 $(BIN)/luxpipe: Cargo.toml Cargo.lock build.rs $(shell find src -name '*.rs')
 	$(CARGO) build --release --locked
@@ -88,7 +92,7 @@ stability:
 paper-relative: all
 	@$(CARGO) run --locked --quiet --release --example relative -- docs/paper-relative
 	@for kinds in one two three; do $(BIN)/pplot --chart docs/paper-relative-$$kinds.csv --x seconds --y delta_e_rms --by model --log-y \
-		--title "Ways to carry colour, $$kinds of lamp" --labels "seconds,Delta E 2000 (root mean square)" docs/paper-relative-$$kinds.svg; done
+		--title "Ways to carry colour, kinds of lamp: $$kinds" --labels "seconds,Delta E 2000 (root mean square)" docs/paper-relative-$$kinds.svg; done
 
 docs/paper-relative.md: $(wildcard examples/relative/*)
 	$(MAKE) --no-print-directory --silent paper-relative > $@.part
@@ -182,6 +186,34 @@ $(TONE)/figure7.svg $(TONE)/figure7.png: $(MAPS) $(BIN)/luxpipe
 $(TONE)/figure8.svg $(TONE)/figure8.png: $(TONE)/print.map $(TONE)/tower.lux $(BIN)/luxpipe
 	$(BIN)/pplot --curve "print=$(TONE)/print.map" --histogram $(TONE)/tower.lux --x-range 0:4.5 $@
 
+# The paper's sections with our figures and numbers beside its claims, all on one page: out/paper/index.html.
+TRADES := cornell-colour caustic-colour spiky-plans
+paper: $(TONE)/index.html
+	@ls -l $<
+
+$(TONE)/index.html: $(wildcard examples/paper_page/* docs/*.md docs/*.svg) docs/claims.csv $(TONE)/tone.html $(TONE)/blueflower.svg \
+		$(patsubst %,$(TONE)/tradeoff-%.svg,$(TRADES))
+	@$(CARGO) run --locked --quiet --release --example paper_page -- $(TONE)
+
+$(TONE)/tradeoff-%.svg: out/tradeoff-quick/tradeoff.csv
+	@mkdir -p $(TONE)
+	cp out/tradeoff-quick/$*.svg $@
+
+out/tradeoff-quick/tradeoff.csv: $(SUITE) $(BIN)/luxpipe
+	$(MAKE) --no-print-directory tradeoff-quick
+
+# The reflectance of BlueFlower and its products with three lights, each 1 at 560 nm.
+$(TONE)/blueflower.csv: spectra/cc_ohta_05_blue_flower.csv $(patsubst %,spectra/illuminant_%.csv,A B D65)
+	@mkdir -p $(TONE)
+	awk -F, 'BEGIN { print "wavelength_nm,reflectance,under A,under B,under D65" } FNR == 1 { file++ } /^[0-9]/ { of[file, $$1 + 0] = $$2 } \
+		END { for (nm = 380; nm <= 780; nm += 5) { printf "%d,%g", nm, of[1, nm]; \
+		for (i = 2; i <= 4; i++) printf ",%g", of[1, nm] * of[i, nm] / of[i, 560]; print "" } }' $^ > $@
+
+$(TONE)/blueflower.svg: $(TONE)/blueflower.csv $(BIN)/luxpipe
+	$(BIN)/pplot --chart $< --x wavelength_nm --y reflectance --y "under A" --y "under B" --y "under D65" \
+		--title "BlueFlower: its reflectance, and what it sends back of A, B and D65" \
+		--labels "wavelength in nm,reflectance; product with a light of 1 at 560 nm" $@
+
 # What the gamut methods and intents of xyz2rgb do to colours outside, as Markdown.
 intents:
 	@$(CARGO) run --locked --quiet --release --example intents
@@ -190,15 +222,21 @@ docs/gamut.md: examples/intents.rs $(wildcard examples/gamut/*) tests/ref/pointe
 	$(MAKE) --no-print-directory --silent intents > $@.part
 	mv $@.part $@
 
-man:
-	$(CARGO) run --locked --quiet --release --example manuals -- out/man
+man: all
+	@$(CARGO) run --locked --quiet --release --example manuals -- out/man $(PROGRAM_PREFIX)
 
-install: all man
+# PREFIX is where, PROGRAM_PREFIX what stands in front of every name (lux- makes lux-pcond, beside Radiance's pcond); DESTDIR for packagers.
+install: all
+	@rm -rf out/man
+	@$(MAKE) --no-print-directory man
+	@for f in $(FILTERS); do name=$(PROGRAM_PREFIX)$$f; old=$$(command -v $$name || true); \
+		case "$$old" in ""|"$(PREFIX)/bin/$$name") ;; *) \
+		echo "warning: $(PREFIX)/bin/$$name and $$old have one name: the one that comes first on PATH counts (PROGRAM_PREFIX=lux- avoids it)" >&2;; esac; done
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/share/man/man1
-	install -m 755 $(addprefix $(BIN)/,$(FILTERS)) $(DESTDIR)$(PREFIX)/bin
+	for f in $(FILTERS); do install -m 755 $(BIN)/$$f $(DESTDIR)$(PREFIX)/bin/$(PROGRAM_PREFIX)$$f || exit 1; done
 	install -m 644 out/man/man1/*.1 $(DESTDIR)$(PREFIX)/share/man/man1
-	install -d $(DESTDIR)$(PREFIX)/share/bash-completion/completions
-	install -m 644 out/man/bash/* $(DESTDIR)$(PREFIX)/share/bash-completion/completions
+	for d in bash:share/bash-completion/completions zsh:share/zsh/site-functions fish:share/fish/vendor_completions.d; do \
+		install -d $(DESTDIR)$(PREFIX)/$${d#*:} && install -m 644 out/man/$${d%%:*}/* $(DESTDIR)$(PREFIX)/$${d#*:} || exit 1; done
 
 clean:
 	$(CARGO) clean

@@ -15,6 +15,25 @@ const WIDTH: usize = 4096;
 const HEIGHT: usize = 2048;
 const PAIRS: usize = 15;
 
+/// Five row-wise filters, as a pipe and as a pipeline.
+const PIPE: &str = "vonkries FILE | xyz2rgb --gamut desaturate | xyz2rgb --reverse | vonkries --to D50 | ra_rgbe";
+const CHAIN: &str = r#"
+[[stage]]
+run = "vonkries"
+input = "FILE"
+[[stage]]
+run = "xyz2rgb"
+gamut = "desaturate"
+[[stage]]
+run = "xyz2rgb"
+reverse = true
+[[stage]]
+run = "vonkries"
+to = "D50"
+[[stage]]
+run = "ra_rgbe"
+"#;
+
 fn main() -> std::io::Result<()> {
     // `cargo test --benches` runs this too; one pair then shows that it works.
     let pairs = if std::env::args().any(|a| a == "--bench") { PAIRS } else { 1 };
@@ -53,6 +72,17 @@ fn main() -> std::io::Result<()> {
             command.replace(&format!("{big}"), "FILE").replace(&format!("{}", spectrum.display()), "20-BAND FILE");
         println!("{shown:<58} {:>8.1} {ratio:>8.2} {bound:>8}", time.as_secs_f64() * 1e3);
     }
+    let chain = folder.path().join("chain.toml");
+    fs::write(&chain, CHAIN.replace("FILE", &format!("{big}")))?;
+    let chain = format!("luxpipe {}", chain.display());
+    let (time, ratio) = paired(&chain, &PIPE.replace("FILE", &format!("{big}")), pairs, &path)?;
+    println!(
+        "{:<58} {:>8.1} {ratio:>8.2} {:>8}",
+        "luxpipe, those five in one process (to the pipe)",
+        time.as_secs_f64() * 1e3,
+        0.6
+    );
+    println!("    {PIPE}");
     println!("{:<58} {:>8} {:>8}", "peak memory, MB", "all", "beyond");
     for name in ["vonkries", "xyz2rgb", "pcond"] {
         let program = bin.join(name);

@@ -32,23 +32,32 @@ pub fn exit(name: &str, result: Result<()>, notes: &Notes, quiet: bool) -> ExitC
     match result {
         Ok(()) => {
             for note in notes.take().into_iter().filter(|_| !quiet) {
-                say(name, &note);
+                say(name, &note, NOTE);
             }
             ExitCode::SUCCESS
         }
         Err(e) if e.is_closed_pipe() => ExitCode::SUCCESS,
         Err(e) => {
-            say(name, &e.to_string());
+            say(name, &e.to_string(), FAILURE);
             ExitCode::from(e.exit_status())
         }
     }
 }
 
-/// One line on standard error; a closed standard error is nobody's loss.
-fn say(name: &str, message: &str) {
-    use std::io::Write;
+/// Colours of the name in front of a remark and of a failure, as a terminal takes them.
+const NOTE: &str = "\x1b[36m";
+const FAILURE: &str = "\x1b[1;31m";
+
+/// One line on standard error; a closed standard error is nobody's loss. On a terminal the name in front is coloured, unless NO_COLOR
+/// is set.
+fn say(name: &str, message: &str, colour: &str) {
+    use std::io::{IsTerminal, Write};
     let line: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    let _ = writeln!(std::io::stderr(), "{name}: {line}");
+    let coloured = std::io::stderr().is_terminal()
+        && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
+        && std::env::var_os("TERM").is_none_or(|t| t != "dumb");
+    let (begin, end) = if coloured { (colour, "\x1b[0m") } else { ("", "") };
+    let _ = writeln!(std::io::stderr(), "{begin}{name}:{end} {line}");
 }
 
 /// Help and version go to standard output; anything else is one line and status 2.

@@ -1,6 +1,7 @@
 //! What a filter is: options, and a picture in, a picture or bytes out. The command line, the TOML stage, the man page, the
 //! history line and the shell line all come from the options' definition.
 
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
@@ -13,14 +14,14 @@ use toml::de::DeTable;
 
 use crate::codec::Reading;
 use crate::notes::Notes;
-use crate::options::{FormatOptions, OutputOptions, ReadOptions, RunOptions, quote, words};
+use crate::options::{FormatOptions, OutputOptions, ReadOptions, RunOptions, files, quote, words};
 use crate::stream::output::Output;
 use crate::stream::writer::{self, Format};
 use crate::stream::{Block, Header, Picture, header, meaning, picture, reader};
 use crate::{Result, codec, parallel};
 
 /// One filter.
-pub trait Filter: Args + Serialize + DeserializeOwned + Default + Send + 'static {
+pub trait Filter: Args + Serialize + DeserializeOwned + Default + Clone + Send + 'static {
     /// Name of the program.
     const NAME: &'static str;
     /// One line: what it does.
@@ -29,6 +30,8 @@ pub trait Filter: Args + Serialize + DeserializeOwned + Default + Send + 'static
     const EXAMPLE: &'static str;
     /// Has options for reading a picture (a renderer has not).
     const READS: bool = true;
+    /// Takes any number of files, so that the output is named by `--output` instead of coming second.
+    const MANY: bool = false;
     /// Its picture may be written with `--format`.
     const FORMATS: bool = true;
     /// Leaves its line in the picture's history.
@@ -54,6 +57,12 @@ pub trait Filter: Args + Serialize + DeserializeOwned + Default + Send + 'static
     /// Learns how it is placed: what it will read, and where it will write.
     fn placed(&mut self, _read: &ReadOptions, _output: Option<&Path>) -> Result<()> {
         Ok(())
+    }
+
+    /// Opens what the work depends on beside the files that options name, so that [`crate::files`] notes it; the number of rows, where the
+    /// work can be done in parts by `--rows`.
+    fn look_ahead(&self) -> Result<Option<usize>> {
+        Ok(None)
     }
 
     /// Begins the work. `input` is there exactly when [`Filter::reads`] is true.
@@ -107,12 +116,13 @@ fn line(name: &str, words: &[String], ending: &[u8]) -> Vec<u8> {
     line
 }
 
-type Start = Box<dyn FnOnce(Option<Box<dyn Picture>>, &Run) -> Result<Product> + Send>;
+/// Begins the work of a stage, as [`Filter::start`] does.
+pub type Start = Box<dyn FnOnce(Option<Box<dyn Picture>>, &Run) -> Result<Product> + Send>;
 
 /// A filter with its options settled, its type forgotten.
 pub struct Stage {
-    /// Name of the filter.
-    pub name: &'static str,
+    /// Name of the filter, or of another program.
+    pub name: Cow<'static, str>,
     /// What to read.
     pub read: ReadOptions,
     /// Where to write.
@@ -123,7 +133,14 @@ pub struct Stage {
     pub run: RunOptions,
     /// Needs a picture.
     pub reads: bool,
+    /// Files that it writes beside its output.
+    pub writes: Vec<PathBuf>,
+    /// Files that its options name.
+    pub needs: Vec<PathBuf>,
+    /// Opens whatever else it depends on, as [`Filter::look_ahead`] does.
+    pub look_ahead: Box<dyn Fn() -> Result<Option<usize>> + Send>,
     positional: bool,
+    many: bool,
     signs: bool,
     history: Vec<u8>,
     ending: Vec<u8>,
@@ -139,6 +156,9 @@ pub fn command<F: Filter>() -> Command {
         c = ReadOptions::augment_args(c);
     }
     c = OutputOptions::augment_args(c);
+    if F::MANY {
+        c = c.mut_arg("output", |a| a.short('o').long("output"));
+    }
     if F::FORMATS {
         c = FormatOptions::augment_args(c);
     }
@@ -186,14 +206,20 @@ impl Stage {
         let ending = line("", &around(true), b"");
         let history = line(F::NAME, &words(&own, true), &ending);
         let words = [words(&own, false), around(false), words(&run, false)].concat();
+        let (needs, writes) = ([files(&own, false), files(&read, false)].concat(), files(&own, true));
+        let twin = own.clone();
         Stage {
-            name: F::NAME,
+            name: F::NAME.into(),
             read,
             output,
             format: format.format,
             run,
             reads: own.reads(),
+            writes,
+            needs,
+            look_ahead: Box::new(move || twin.look_ahead()),
             positional: F::READS,
+            many: F::MANY,
             signs: F::SIGNS,
             history,
             ending,
@@ -203,16 +229,45 @@ impl Stage {
         }
     }
 
+    /// A program that is none of ours: it reads and writes as `start` has it.
+    pub fn external(name: String, reads: bool, input: Option<PathBuf>, output: Option<PathBuf>, start: Start) -> Stage {
+        Stage {
+            name: name.into(),
+            needs: input.clone().into_iter().collect(),
+            read: ReadOptions { input, ..Default::default() },
+            output,
+            format: Format::default(),
+            run: RunOptions::default(),
+            reads,
+            writes: Vec::new(),
+            look_ahead: Box::new(|| Ok(None)),
+            positional: false,
+            many: false,
+            signs: false,
+            history: Vec::new(),
+            ending: Vec::new(),
+            words: Vec::new(),
+            placed: Ok(()),
+            start,
+        }
+    }
+
+    /// Rows `from` to `to` of the work alone, by `--rows`, as words; the output last.
+    pub fn part_words(&self, (from, to): (usize, usize), output: &str) -> Vec<String> {
+        let mut list = self.command_words(None, None);
+        list.extend(["--rows".to_string(), format!("{from}:{to}")]);
+        list.push(plain_name(output));
+        list
+    }
+
     /// The command as a list of words; positionals last. `input` and `output` stand in place of the stage's own.
     pub fn command_words(&self, input: Option<&str>, output: Option<&str>) -> Vec<String> {
         let mut list = vec![self.name.to_string()];
         list.extend(self.words.clone());
         let read = input.or(if self.positional && output.is_some() { Some("-") } else { None });
-        // A file whose name begins with a dash is an option to nobody.
-        let file =
-            |name: &str| if name.starts_with('-') && name != "-" { format!("./{name}") } else { name.to_string() };
-        list.extend(read.map(file));
-        list.extend(output.map(file));
+        list.extend(read.map(plain_name));
+        list.extend(output.filter(|_| self.many).map(|_| "--output".into()));
+        list.extend(output.map(plain_name));
         list
     }
 
@@ -243,6 +298,11 @@ impl Stage {
         let (output, format) = (self.output.clone(), self.format);
         finish(self.start(input, notes)?, output, format, notes)
     }
+}
+
+/// A file whose name begins with a dash is an option to nobody.
+fn plain_name(name: &str) -> String {
+    if name.starts_with('-') && name != "-" { format!("./{name}") } else { name.to_string() }
 }
 
 /// Writes what a filter made where it belongs.

@@ -25,6 +25,11 @@ pub fn parse(text: &str) -> Result<Keys<'_>> {
     Ok(Keys { text, what: String::new(), span: root.span(), table: root.into_inner(), known: Vec::new() })
 }
 
+/// A table inside a text, called `what` in messages.
+pub fn of_table<'a>(text: &'a str, what: &str, span: Range<usize>, table: DeTable<'a>) -> Keys<'a> {
+    Keys { text, what: what.into(), span, table, known: Vec::new() }
+}
+
 /// A table being read: what is taken is gone, what is left at the end is unknown.
 pub struct Keys<'a> {
     text: &'a str,

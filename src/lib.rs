@@ -4,7 +4,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`error`], [`units`], [`notes`], [`simd`], [`parallel`], [`statistics`], [`json`] | what everything needs |
+//! | [`error`], [`units`], [`notes`], [`files`], [`simd`], [`parallel`], [`statistics`], [`json`] | what everything needs |
 //! | [`spectral`] | spectra, observers, light sources, sampling |
 //! | [`color`] | chromaticities, primaries, adaptation, gamut |
 //! | [`sky`] | skies and the sun |
@@ -25,7 +25,7 @@
 //! | [`scene`] | scenes as TOML: shapes, lights, cameras |
 //! | [`render`] | Eq. (1) and (2) by several methods, and what they leave out |
 //! | [`filter`], [`filters`] | what a filter is, and the filters |
-//! | [`pipeline`], [`cli`] | filters chained in one process; command lines |
+//! | [`pipeline`], [`cli`] | filters in chains and batches: run, or printed for a shell, make or Snakemake; command lines |
 //!
 //! Units: wavelengths in nm; spectral radiance in W/sr/m2/nm; XYZ and luminance in cd/m2; scenes in metres unless they say
 //! otherwise. Names carry the unit where two could be confused (`luminance_cd_m2`, `lambda_nm`).
@@ -133,6 +133,7 @@ pub mod color;
 pub mod compare;
 pub mod display;
 pub mod error;
+pub mod files;
 pub mod filter;
 pub mod filters;
 pub mod glare;

@@ -276,10 +276,41 @@ pub fn words<T: Args + Serialize + Default>(options: &T, history: bool) -> Vec<S
     words
 }
 
+/// What an option's file is for: one that is read has [`ValueHint::FilePath`], one that is written [`ValueHint::AnyPath`], one that is kept
+/// for the next time [`ValueHint::Other`].
+fn is_file(arg: &Arg) -> bool {
+    matches!(arg.get_value_hint(), ValueHint::FilePath | ValueHint::AnyPath | ValueHint::Other)
+}
+
+/// What an option calls its value where that may be a name that luxpipe knows instead of a file.
+const NAMES: [&str; 3] = ["DISPLAY", "ILLUMINANT", "RESPONSE"];
+
+/// Files that options name, to read or (`written`) to write.
+pub fn files<T: Args + Serialize>(options: &T, written: bool) -> Vec<PathBuf> {
+    let table = toml::Table::try_from(options).unwrap_or_default();
+    let command = T::augment_args(Command::new("files"));
+    let hint = if written { ValueHint::AnyPath } else { ValueHint::FilePath };
+    let mut files = Vec::new();
+    for arg in command.get_arguments().filter(|a| a.get_value_hint() == hint) {
+        let named =
+            |p: &&str| arg.get_value_names().is_some_and(|v| NAMES.contains(&v[0].as_str())) && !Path::new(p).is_file();
+        let value = table.get(&arg.get_id().as_str().replace('_', "-"));
+        let list = match value {
+            Some(toml::Value::Array(list)) => list.iter().filter_map(|v| v.as_str()).collect(),
+            one => one.and_then(|v| v.as_str()).into_iter().collect::<Vec<_>>(),
+        };
+        files.extend(list.into_iter().filter(|p| *p != "-" && !named(p)).map(PathBuf::from));
+    }
+    files
+}
+
 fn push_words(arg: &Arg, value: &toml::Value, history: bool, words: &mut Vec<String>) {
     let text = |v: &toml::Value| match v {
-        toml::Value::String(s) if history && arg.get_value_hint() == ValueHint::FilePath => {
-            Path::new(s).file_name().map_or(s.clone(), |n| n.to_string_lossy().into_owned())
+        toml::Value::String(s) if history && is_file(arg) => {
+            // A weight in front stays.
+            let weighted = s.split_once(':').filter(|(weight, _)| weight.parse::<f64>().is_ok());
+            let (weight, path) = weighted.map_or((String::new(), s.as_str()), |(w, p)| (format!("{w}:"), p));
+            Path::new(path).file_name().map_or(s.clone(), |n| weight + &n.to_string_lossy())
         }
         toml::Value::String(s) => s.clone(),
         other => other.to_string().trim_end_matches(".0").to_string(),

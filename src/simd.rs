@@ -13,6 +13,20 @@ pub fn wide<R>(f: impl FnOnce() -> R) -> R {
     ARCH.get_or_init(pulp::Arch::new).dispatch(f)
 }
 
+/// What [`wide`] finds here, for people.
+pub fn width() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if is_x86_feature_detected!("avx512f") {
+            return "AVX-512";
+        }
+        if is_x86_feature_detected!("avx2") {
+            return "AVX2";
+        }
+    }
+    "no wider registers than every one of its kind"
+}
+
 /// Pixels worked on together: so many that loops over them stay loops, which the compiler turns into vectors of any width, and so
 /// few that all about them stays in the nearest cache.
 pub const GROUP: usize = 64;

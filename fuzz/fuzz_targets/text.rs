@@ -5,7 +5,7 @@ use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
 use luxpipe::photometry::ies::Photometry;
-use luxpipe::pipeline::Pipeline;
+use luxpipe::pipeline;
 use luxpipe::scene::{load, mesh};
 
 fuzz_target!(|bytes: &[u8]| {
@@ -13,7 +13,7 @@ fuzz_target!(|bytes: &[u8]| {
     let _ = (mesh::obj::parse(bytes), mesh::ply::parse(bytes), mesh::gltf::parse_beside(bytes, nowhere));
     let _ = Photometry::parse(bytes);
     if let Ok(text) = std::str::from_utf8(bytes) {
-        let _ = Pipeline::parse(text);
+        let _ = pipeline::check(text);
         let _ = load::parse(text, Path::new("/nowhere"));
     }
 });

@@ -1,12 +1,11 @@
-//! The program `luxpipe`: runs a TOML pipeline with its stages in one process, or prints it as a shell command.
+//! The program `luxpipe`: runs a TOML pipeline with its stages in one process, or prints it as a shell command, Makefile or Snakefile.
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{ArgMatches, FromArgMatches};
 use luxpipe::notes::Notes;
-use luxpipe::pipeline::{self, Luxpipe, Pipeline};
-use luxpipe::{Error, Result, cli, filter};
+use luxpipe::pipeline::{self, Luxpipe};
+use luxpipe::{cli, filter};
 
 fn main() -> ExitCode {
     let parsed = pipeline::command().try_get_matches().and_then(|m: ArgMatches| Luxpipe::from_arg_matches(&m));
@@ -16,17 +15,5 @@ fn main() -> ExitCode {
     };
     filter::prepare(&args.run);
     let notes = Notes::default();
-    cli::exit("luxpipe", run(&args, &notes), &notes, args.run.quiet)
-}
-
-fn run(args: &Luxpipe, notes: &Notes) -> Result<()> {
-    let pipeline = match args.intent {
-        Some(intent) => Pipeline::of_intent(intent, &args.pipeline, args.output.clone(), &args.display)?,
-        None => Pipeline::load(&args.pipeline)?,
-    };
-    if args.shell {
-        let line = pipeline.shell()? + "\n";
-        return std::io::stdout().write_all(line.as_bytes()).map_err(|e| Error::io("standard output", e));
-    }
-    pipeline.run(notes).map_err(|e| e.in_file(&args.pipeline))
+    cli::exit("luxpipe", pipeline::run(&args, &notes), &notes, args.run.quiet)
 }

@@ -199,7 +199,7 @@ impl FromStr for Display {
             let s = crate::error::printable(s.as_bytes());
             return Err(Error::Invalid(format!("'{s}' is no display; give {} or a .toml file", names.join(", "))));
         }
-        let text = std::fs::read_to_string(path).map_err(|e| Error::Invalid(format!("cannot read '{s}': {e}")))?;
+        let text = crate::files::read_to_string(path).map_err(|e| Error::Invalid(format!("cannot read '{s}': {e}")))?;
         Display::parse(s, &text).map_err(|e| e.in_file(path))
     }
 }

@@ -6,7 +6,9 @@ mod pcond;
 mod pdisplay;
 mod pglare;
 mod picinfo;
+mod pjoin;
 mod plocal;
+mod pmix;
 mod pplot;
 mod ra_exr;
 mod ra_loglv;
@@ -29,7 +31,9 @@ pub use pcond::{Pcond, rewrite as pcond_arguments};
 pub use pdisplay::Pdisplay;
 pub use pglare::Pglare;
 pub use picinfo::Picinfo;
+pub use pjoin::Pjoin;
 pub use plocal::Plocal;
+pub use pmix::{Pmix, Term};
 pub use pplot::Pplot;
 pub use ra_exr::RaExr;
 pub use ra_loglv::RaLoglv;
@@ -48,7 +52,7 @@ pub use xyz2rgb::{Intent, Xyz2rgb};
 
 use crate::color::Primaries;
 use crate::display as medium;
-use crate::filter::{Any, Entry};
+use crate::filter::{Any, Entry, Filter};
 use crate::stream::{Components, Header, Picture, Units, tristimulus, writer};
 use crate::tone;
 use crate::{Result, invalid, usage};
@@ -57,6 +61,9 @@ use crate::{Result, invalid, usage};
 pub fn named(name: &str) -> Option<&'static dyn Any> {
     ALL.iter().copied().find(|f| f.name() == name)
 }
+
+/// The filter that passes one picture on as it is, in any `--format`.
+pub const PASSES: &str = Pjoin::NAME;
 
 /// A master is recorded before tone mapping, so that every display stays possible [Ward 2001].
 fn check_master(header: &Header, force: bool) -> Result<()> {
@@ -129,6 +136,8 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<Specprobe>::NEW,
     &Entry::<Specplan>::NEW,
     &Entry::<Relight>::NEW,
+    &Entry::<Pmix>::NEW,
+    &Entry::<Pjoin>::NEW,
     &Entry::<Pcompare>::NEW,
     &Entry::<Pdisplay>::NEW,
     &Entry::<Pglare>::NEW,

@@ -19,6 +19,7 @@ use crate::notes::Notes;
 use crate::statistics::Distribution;
 use crate::stream::meaning::Overrides;
 use crate::stream::output::Output;
+use crate::stream::picture::Side;
 use crate::stream::upright::upright;
 use crate::stream::{Block, Components, Header, Picture, Units, picture, reader, spool, tristimulus};
 use crate::{Error, Result, clap_defaults, invalid, usage};
@@ -46,7 +47,7 @@ pub struct Pcompare {
     #[arg(long, help_heading = "Running")]
     pub json: bool,
     /// Write the Delta E 2000 of each pixel as a float stream with COMPONENTS=Y and UNITS=none, NaN where it was left out
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Running")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::AnyPath, help_heading = "Running")]
     pub map: Option<PathBuf>,
     /// Exit with status 1, after all is written, when the mean Delta E 2000 is above this
     #[arg(long, value_name = "DE", help_heading = "Running")]
@@ -245,10 +246,10 @@ fn totals(
     viewing: &Viewing,
     map: &mut Option<Map>,
 ) -> Result<Totals> {
-    let mut sides = [input, reference].map(|picture| Side { picture, block: Block::default(), at: 0 });
+    let mut sides = [input, reference].map(Side::new);
     let (mut totals, mut differences) = (Totals::default(), Vec::new());
     while sides[0].fill()? && sides[1].fill()? {
-        let [a, b] = sides.each_ref().map(|s| &s.block.data[s.at..]);
+        let [a, b] = sides.each_ref().map(Side::rest);
         let floats = a.len().min(b.len()).min(3 * PIECE);
         viewing.differences(&a[..floats], &b[..floats], &mut differences);
         totals.add(&differences, viewing);
@@ -257,29 +258,9 @@ fn totals(
                 differences.iter().map(|d| if d.left_out { f32::NAN } else { d.e2000 as f32 }).collect();
             map.out.write_all(bytemuck::cast_slice(&values)).map_err(|e| map.out.error(e))?;
         }
-        sides.iter_mut().for_each(|s| s.at += floats);
+        sides.iter_mut().for_each(|s| s.take(floats));
     }
     Ok(totals)
-}
-
-/// A picture that comes in blocks and goes in pieces.
-struct Side {
-    picture: Box<dyn Picture>,
-    block: Block,
-    at: usize,
-}
-
-impl Side {
-    /// Makes sure that there are pixels from `at`; false after the last.
-    fn fill(&mut self) -> Result<bool> {
-        while self.at == self.block.data.len() {
-            self.at = 0;
-            if !self.picture.next(&mut self.block)? {
-                return Ok(false);
-            }
-        }
-        Ok(true)
-    }
 }
 
 /// The error map being written.

@@ -154,7 +154,7 @@ pub struct Pcond {
     #[serde(serialize_with = "crate::options::lossy")]
     pub calibration: Option<PathBuf>,
     /// Write the map to FILE: 100 lines of world and display luminance, cd/m2 (-x)
-    #[arg(short = 'x', long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    #[arg(short = 'x', long, value_name = "FILE", value_hint = ValueHint::AnyPath)]
     #[serde(serialize_with = "crate::options::lossy")]
     pub map: Option<PathBuf>,
     /// `--white` was given on the command line: set as the stage is placed.
@@ -367,7 +367,7 @@ impl Pcond {
     fn device(&self, picture: Box<dyn Picture>) -> Result<Product> {
         if let Some(path) = &self.calibration {
             let shown = path.display().to_string();
-            let text = std::fs::read_to_string(path).map_err(|e| Error::io(&shown, e))?;
+            let text = crate::files::read_to_string(path).map_err(|e| Error::io(&shown, e))?;
             let correction = Correction::parse(&text).map_err(|e| e.within(&shown))?;
             return pixels::corrected(picture, correction).map(Product::Picture);
         }

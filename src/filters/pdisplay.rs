@@ -245,7 +245,7 @@ fn read(path: &Path) -> Result<String> {
     let done = if path == Path::new("-") {
         std::io::stdin().lock().take(LONGEST + 1).read_to_end(&mut bytes)
     } else {
-        std::fs::File::open(path).and_then(|f| f.take(LONGEST + 1).read_to_end(&mut bytes))
+        crate::files::open(path).and_then(|f| f.take(LONGEST + 1).read_to_end(&mut bytes))
     };
     done.map_err(|e| Error::io(name(), e))?;
     if bytes.len() as u64 > LONGEST {

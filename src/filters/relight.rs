@@ -45,6 +45,10 @@ impl Filter for Relight {
     const ABOUT: &'static str = "Sum a render's layers of lights under other lamps: new spectra, dimming";
     const EXAMPLE: &'static str = "spectrace scenes/cornell.toml --width 128 --per-light > layers.lux && relight scenes/cornell.toml --set lamp=FL11:0.4 layers.lux > evening.lux";
 
+    fn look_ahead(&self) -> Result<Option<usize>> {
+        self.scene.as_deref().map(load::load).transpose().map(|_| None)
+    }
+
     fn start(self, input: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
         let input = input.ok_or_else(|| Error::Usage("expected the layers of spectrace --per-light".into()))?;
         let path = self.scene.as_deref().ok_or_else(|| Error::Usage("expected a scene file".into()))?;

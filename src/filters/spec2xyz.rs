@@ -52,7 +52,7 @@ fn table(name: &str) -> Result<Spectrum> {
     if !name.to_ascii_lowercase().ends_with(".csv") {
         return builtin::spectrum(name);
     }
-    let text = std::fs::read_to_string(name).map_err(|e| Error::io(name, e))?;
+    let text = crate::files::read_to_string(name).map_err(|e| Error::io(name, e))?;
     Spectrum::from_csv(&text).map_err(|e| e.within(name))
 }
 

@@ -63,6 +63,10 @@ impl Filter for Specplan {
     const READS: bool = false;
     const FORMATS: bool = false;
 
+    fn look_ahead(&self) -> Result<Option<usize>> {
+        self.scene.as_deref().map(load::load).transpose().map(|_| None)
+    }
+
     fn start(self, _: Option<Box<dyn Picture>>, _: &Run) -> Result<Product> {
         let path = self.scene.as_ref().ok_or_else(|| Error::Usage("expected a scene file".into()))?;
         let mut wish = Wish::new(self.tolerance, self.gain, self.pilot)?;

@@ -186,7 +186,7 @@ pub struct Spectrace {
     #[arg(long, value_name = "MIB", default_value_t = 1024, help_heading = "Radiosity and photon map")]
     pub solver_memory: usize,
     /// Keep the solution in a file, or take it from there: other cameras, the same light
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Radiosity and photon map")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::Other, help_heading = "Radiosity and photon map")]
     #[serde(serialize_with = "lossy")]
     pub solution: Option<PathBuf>,
     /// Read one ray a line (origin, direction) from standard input, write its radiance
@@ -217,7 +217,7 @@ pub struct Spectrace {
     #[arg(long, value_name = "A:B", help_heading = "Running in parts")]
     pub rows: Option<Range>,
     /// Keep finished rows in a file; the same command goes on from there after a kill
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "time", help_heading = "Running in parts")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::Other, conflicts_with = "time", help_heading = "Running in parts")]
     #[serde(serialize_with = "lossy")]
     pub checkpoint: Option<PathBuf>,
 }
@@ -351,6 +351,14 @@ impl Filter for Spectrace {
     const EXAMPLE: &'static str =
         "spectrace scenes/cornell.toml | vonkries --to D65 | pcond | xyz2rgb --gamut desaturate | ra_png > cornell.png";
     const READS: bool = false;
+
+    fn look_ahead(&self) -> Result<Option<usize>> {
+        let Some(path) = &self.scene else { return Ok(None) };
+        let scene = load::load(path)?;
+        let camera = scene.camera.map(|c| c.resized(self.width, self.height)).transpose()?;
+        // Paths that a time allows are counted on the whole picture.
+        Ok(camera.map(|c| c.height).filter(|_| self.rows.is_none() && self.time.is_none()))
+    }
 
     fn start(self, _: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
         let path = self.scene.as_ref().ok_or_else(|| Error::Usage("expected a scene file".into()))?;

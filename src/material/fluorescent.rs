@@ -41,7 +41,7 @@ impl Material for Fluorescent {
 pub fn read(r: &mut Reader) -> Result<Arc<dyn Material>> {
     let (reflectance, dye) = match r.keys.get_spanned::<String>("matrix")? {
         Some((file, span)) => {
-            let text = std::fs::read_to_string(r.folder.join(&file));
+            let text = crate::files::read_to_string(r.folder.join(&file));
             let text = text.map_err(|e| r.keys.wrong_key("matrix", span.clone(), &format!("cannot read it: {e}")))?;
             Reradiation::from_csv(&text).map_err(|e| r.keys.wrong_key("matrix", span, &e.to_string()))?
         }

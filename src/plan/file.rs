@@ -153,7 +153,7 @@ fn wavelengths(text: &mut String, scene: &Scene, plan: &Plan) {
 /// One line with the file, the place and what would be right: a plan of another scene, a number of weights that is not that of the
 /// wavelengths, weights below 0, unknown keys.
 pub fn read(path: &Path, scene: &Scene) -> Result<Orders> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
+    let text = crate::files::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
     parse(&text, scene).map_err(|e| e.in_file(path))
 }
 

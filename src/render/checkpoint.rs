@@ -49,9 +49,15 @@ impl Checkpoint {
             checkpoint.file.write_all(line.as_bytes()).map_err(failed)?;
             return Ok(checkpoint);
         }
-        let mut begins = vec![0; line.len()];
-        let whole = checkpoint.file.read_exact(&mut begins).is_ok();
-        if !whole || !begins.starts_with(MAGIC.as_bytes()) {
+        let mut begins = vec![0; line.len().min(length as usize)];
+        checkpoint.file.read_exact(&mut begins).map_err(failed)?;
+        if begins.len() < line.len() && line.as_bytes().starts_with(&begins) {
+            // Killed while it wrote its first line.
+            checkpoint.file.set_len(0).and_then(|()| checkpoint.file.rewind()).map_err(failed)?;
+            checkpoint.file.write_all(line.as_bytes()).map_err(failed)?;
+            return Ok(checkpoint);
+        }
+        if !begins.starts_with(MAGIC.as_bytes()) {
             let message = "is no checkpoint; name a new file, or one that an earlier run left".into();
             return Err(Error::Invalid(message).in_file(path));
         }

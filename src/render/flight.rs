@@ -18,6 +18,11 @@ const RATES: usize = 2 * GROUP;
 const COUNTED: usize = GROUP + 2;
 /// Share of lots of each extreme.
 const EXTREME: f32 = 0.04;
+/// Optical depth up to which looks at the lamps are about as dense everywhere; beyond it they thin out, but never end: where the
+/// lamp's leg gets shorter, light falls off along a way slower than flights do.
+const DEEP: f32 = 8.0;
+/// Optical depth from which nothing is seen of light that comes from a way's end.
+const OPAQUE: f32 = 64.0;
 
 /// Extinction coefficients that stand for all wavelengths, 1/m.
 #[derive(Clone, Debug)]
@@ -190,6 +195,47 @@ impl Flight<'_> {
     }
 }
 
+/// Columns of a way of `all` metres, c, with the density (1 + a / all) a / (a + c)^2: evenly on a way that is short beside `a`, without
+/// an end on one that has none; half of them, on a way that has `ends`, as far from its end as light flies. From beyond the scene light
+/// may be strongest there.
+#[derive(Clone, Copy, Debug)]
+pub struct Spread {
+    all: f32,
+    a: f32,
+    ends: bool,
+}
+
+impl Spread {
+    /// Of a way of this column, m.
+    pub fn new(all: f32, flight: &Flight) -> Spread {
+        let a = DEEP / flight.least();
+        Spread { all, a, ends: all * flight.least() < OPAQUE }
+    }
+
+    /// Half of it lies at the end.
+    pub fn ends(&self) -> bool {
+        self.ends
+    }
+
+    /// Density with which a column is drawn, 1/m.
+    pub fn density(&self, column: f32, flight: &Flight) -> f32 {
+        let &Spread { all, a, ends } = self;
+        let spread = (1.0 / a + 1.0 / all) / (1.0 + column / a).powi(2);
+        if ends { 0.5 * (spread + flight.density_within(all - column)) } else { spread }
+    }
+
+    /// The column that two numbers in 0..1 draw: of the rate, and along it.
+    pub fn column(&self, [choice, lot]: [f32; 2], flight: &Flight) -> f32 {
+        let &Spread { all, a, ends } = self;
+        if ends && lot >= 0.5 {
+            return (all - flight.within([choice, 2.0 * lot - 1.0])).max(0.0);
+        }
+        let lot = if ends { 2.0 * lot } else { lot };
+        let below = lot / (1.0 + a / all);
+        (a * below / (1.0 - below)).min(all)
+    }
+}
+
 /// Places along a way as evenly as they are seen from a point beside it, `length` of it from its start [Kulla 2012]: what falls off as
 /// the square of the distance is even among them.
 #[derive(Clone, Copy, Debug)]
@@ -271,6 +317,34 @@ mod tests {
             assert!((mean - drawn).abs() < 2e-4 * f64::from(all), "{sigma:?} over {all}: {mean} {drawn}");
             let survival: f32 = sigma.iter().map(|s| (-s * all).exp()).sum::<f32>() / COUNTED as f32;
             assert!((flight.survival() - survival).abs() < 1e-6);
+        }
+    }
+
+    /// The share of places up to one is the number that drew it: on ways that are thin, thick, and too thick for their end to be looked
+    /// at; and density there is that share's slope.
+    #[test]
+    fn spread_places_are_drawn_by_their_density() {
+        let (rates, shares) = rates([1.0; COUNTED]);
+        for all in [1e-4f32, 1.0, 20.0, 60.0, 1e3, 1e9] {
+            let flight = flight(&rates, shares, all);
+            let spread = Spread::new(all, &flight);
+            let n = 20_000;
+            let mut drawn: Vec<f64> =
+                (0..n).map(|i| f64::from(spread.column([0.5, (i as f32 + 0.5) / n as f32], &flight))).collect();
+            drawn.sort_by(f64::total_cmp);
+            for share in [0.1, 0.3, 0.5, 0.7, 0.9] {
+                // By hundreds of steps, each as long as the last times a little more: from nothing to a long way.
+                let end = drawn[(share * f64::from(n)) as usize];
+                let steps = 4000;
+                let edge = |i: i32| end * ((f64::from(i) / f64::from(steps) * 9.0).exp_m1() / 9f64.exp_m1());
+                let part = |i: i32| {
+                    let (a, b) = (edge(i), edge(i + 1));
+                    f64::from(spread.density((0.5 * (a + b)) as f32, &flight)) * (b - a)
+                };
+                let sum: f64 = (0..steps).map(part).sum();
+                assert!((sum - share).abs() < 2e-3, "{all}: {sum} for {share}");
+            }
+            assert_eq!(spread.ends(), all < OPAQUE);
         }
     }
 

@@ -52,7 +52,7 @@ pub struct Palette {
 impl Palette {
     /// Reads a list: CSV by its name or its first line, else TOML.
     pub fn load(path: &Path) -> Result<Palette> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
+        let text = crate::files::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
         let folder = path.parent().unwrap_or(Path::new("."));
         let named = |e: &str| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e));
         let csv = named("csv") || !named("toml") && looks_like_csv(&text);

@@ -43,7 +43,7 @@ impl SpectrumKey {
             SpectrumKey::Cauchy(c) => glass::cauchy(&c),
             SpectrumKey::Named(name) if name.to_ascii_lowercase().ends_with(".csv") => {
                 let path = folder.join(&name);
-                let text = std::fs::read_to_string(&path).map_err(|e| {
+                let text = crate::files::read_to_string(&path).map_err(|e| {
                     Error::Invalid(format!("cannot read '{}': {e}", crate::error::printable(name.as_bytes())))
                 })?;
                 Spectrum::from_csv(&text).map_err(|e| e.within(&crate::error::printable(name.as_bytes())))

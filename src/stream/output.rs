@@ -24,8 +24,71 @@ enum Target {
     /// Standard output, or an existing pipe or device.
     Stream(File),
     /// A regular file, written beside its final name.
-    File(Box<NamedTempFile>, PathBuf),
+    File(Beside, PathBuf),
 }
+
+/// A file in the folder of one that it will take the place of.
+enum Beside {
+    /// Without a name, so that whatever ends the process takes it away too.
+    Unnamed(File),
+    /// With a name that begins with `.luxpipe-`, where the system has no files without.
+    Named(Box<NamedTempFile>),
+}
+
+impl Beside {
+    fn create(folder: &Path) -> io::Result<Beside> {
+        #[cfg(target_os = "linux")]
+        {
+            use rustix::fs::{Mode, OFlags};
+            let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
+            // Its name comes by way of /proc.
+            if Path::new("/proc/self/fd").exists()
+                && let Ok(file) = rustix::fs::open(folder, flags, Mode::from_raw_mode(0o666))
+            {
+                return Ok(Beside::Unnamed(File::from(file)));
+            }
+        }
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(PREFIX);
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
+        }
+        builder.tempfile_in(folder).map(Box::new).map(Beside::Named)
+    }
+
+    fn file(&self) -> &File {
+        match self {
+            Beside::Unnamed(file) => file,
+            Beside::Named(file) => file.as_file(),
+        }
+    }
+
+    /// Takes the place of `path`.
+    fn persist(self, path: &Path) -> io::Result<()> {
+        match self {
+            Beside::Named(file) => file.persist(path).map(drop).map_err(|e| e.error),
+            #[cfg(target_os = "linux")]
+            Beside::Unnamed(file) => {
+                use rustix::fs::{AtFlags, CWD};
+                use std::os::fd::AsRawFd;
+                let own = format!("/proc/self/fd/{}", file.as_raw_fd());
+                // A link cannot replace a file, renaming one can; a name that somebody left is tried once only.
+                let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+                let named = tempfile::Builder::new().prefix(PREFIX).make_in(folder, |name| {
+                    rustix::fs::linkat(CWD, &own, CWD, name, AtFlags::SYMLINK_FOLLOW).map_err(io::Error::from)
+                })?;
+                named.persist(path).map_err(|e| e.error)
+            }
+            #[cfg(not(target_os = "linux"))]
+            Beside::Unnamed(_) => Err(io::ErrorKind::Unsupported.into()),
+        }
+    }
+}
+
+/// Names of files that are not whole yet begin so.
+const PREFIX: &str = ".luxpipe-";
 
 impl Output {
     /// Opens a file, or standard output for `None` and `-`. Floats are not shown to a terminal: `binary` asks for the check.
@@ -49,15 +112,14 @@ impl Output {
             return Ok(Output { name, target: Target::Stream(file), failure: None });
         }
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".luxpipe-");
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
-        }
-        let file = builder.tempfile_in(folder).map_err(|e| failed(plain(e)))?;
-        Ok(Output { name, target: Target::File(Box::new(file), path), failure: None })
+        let file = Beside::create(folder).map_err(|e| failed(plain(e)))?;
+        Ok(Output { name, target: Target::File(file, path), failure: None })
+    }
+
+    /// An open pipe; `name` is for messages.
+    pub fn of_pipe(file: File, name: &str) -> Output {
+        enlarge_pipe(&file);
+        Output { name: name.to_string(), target: Target::Stream(file), failure: None }
     }
 
     /// The last act of a filter: everything is written, checked, and the file gets its name. Once is enough; a filter whose
@@ -65,9 +127,9 @@ impl Output {
     pub fn finish(&mut self) -> Result<()> {
         self.flush().map_err(|e| self.error(e))?;
         if let Target::File(file, _) = &self.target {
-            let written = Target::Stream(file.as_file().try_clone().map_err(|e| self.error(e))?);
+            let written = Target::Stream(file.file().try_clone().map_err(|e| self.error(e))?);
             if let Target::File(file, path) = std::mem::replace(&mut self.target, written) {
-                file.persist(path).map_err(|e| self.error(e.error))?;
+                file.persist(&path).map_err(|e| self.error(e))?;
             }
         }
         Ok(())
@@ -191,7 +253,7 @@ impl Seek for AnyOrder<'_> {
             };
             let at = match &mut self.out.target {
                 Target::Stream(file) => file.seek(to),
-                Target::File(file, _) => file.as_file_mut().seek(to),
+                Target::File(file, _) => file.file().seek(to),
             }?;
             return Ok(at.saturating_sub(self.base));
         };
@@ -209,7 +271,7 @@ impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = match &mut self.target {
             Target::Stream(file) => file.write(bytes),
-            Target::File(file, _) => file.as_file_mut().write(bytes),
+            Target::File(file, _) => file.file().write(bytes),
         };
         self.noted(written, None)
     }
@@ -217,7 +279,7 @@ impl Write for Output {
     fn flush(&mut self) -> io::Result<()> {
         match &mut self.target {
             Target::Stream(file) => file.flush(),
-            Target::File(file, _) => file.as_file_mut().flush(),
+            Target::File(file, _) => file.file().flush(),
         }
     }
 }

@@ -170,6 +170,41 @@ impl<F: FnOnce() + Send> Picture for AtEnd<F> {
     }
 }
 
+/// A picture that comes in blocks and goes in pieces, beside others whose blocks are of other sizes.
+pub struct Side {
+    picture: Box<dyn Picture>,
+    block: Block,
+    at: usize,
+}
+
+impl Side {
+    /// Nothing is read yet.
+    pub fn new(picture: Box<dyn Picture>) -> Side {
+        Side { picture, block: Block::default(), at: 0 }
+    }
+
+    /// Makes sure that there is a rest; false after the last row.
+    pub fn fill(&mut self) -> Result<bool> {
+        while self.at == self.block.data.len() {
+            self.at = 0;
+            if !self.picture.next(&mut self.block)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// What is read and not taken yet.
+    pub fn rest(&self) -> &[f32] {
+        &self.block.data[self.at..]
+    }
+
+    /// Takes so many floats of the rest.
+    pub fn take(&mut self, floats: usize) {
+        self.at += floats;
+    }
+}
+
 /// Multiplies each pixel's components by their factors.
 pub fn scale(data: &mut [f32], factors: &[f32]) {
     for pixel in data.chunks_exact_mut(factors.len()) {

@@ -88,7 +88,7 @@ impl Input {
             path.map_or("standard input".to_string(), |p| crate::error::printable(p.as_os_str().as_encoded_bytes()));
         let failed = |e| Error::io(name.clone(), e);
         let file = match path {
-            Some(p) => File::open(p).map_err(failed)?,
+            Some(p) => crate::files::open(p).map_err(failed)?,
             None => File::from(std::io::stdin().as_fd().try_clone_to_owned().map_err(failed)?),
         };
         Input::of_file(file, &name)

@@ -33,6 +33,11 @@ impl Resolution {
         if self.by_rows { self.height } else { self.width }
     }
 
+    /// The same scan order with so many scanlines.
+    pub fn with_scanlines(self, scanlines: usize) -> Resolution {
+        if self.by_rows { Resolution { height: scanlines, ..self } } else { Resolution { width: scanlines, ..self } }
+    }
+
     /// Pixels a scanline.
     pub fn scanline_len(&self) -> usize {
         if self.by_rows { self.width } else { self.height }

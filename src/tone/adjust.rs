@@ -26,13 +26,13 @@ const ADJUSTED_ABOVE: f64 = 0.30;
 /// How far, in lengths of what does not fit, an exposure may go beyond the display's ends.
 const GIVE: f64 = 3.0;
 
-/// The shift on `scale` of the map that keeps all contrast. The mean of ln L goes to the middle of the display's range, or by
+/// The shift on `scale` of the map that keeps all contrast. The mean of ln L goes to the middle of what is seen of the display, or by
 /// visibility as many steps over darkness as it has in the world when those are fewer, so that night stays dark. A scene that
 /// fits the display is shifted until all of it shows; one that is too long by x may stick out by up to 3 x more than it must.
 pub fn exposure(histogram: &Histogram, display: Display, scale: &Scale) -> f64 {
     let Some((low, high)) = histogram.range_cd_m2() else { return 0.0 };
     let mean = histogram.mean_ln();
-    let middle = display.middle_cd_m2().ln();
+    let middle = display.seen().middle_cd_m2().ln();
     let (ln_min, ln_max) = display.ln();
     let (here, there) = (scale.world(mean), scale.display(middle));
     let shift = match scale {

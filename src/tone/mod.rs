@@ -24,6 +24,9 @@ pub use curve::Curve;
 pub use histogram::Histogram;
 pub use scale::Scale;
 
+/// Contrast of a display that counts beside its own white: the eye's glare hides what is darker.
+const SEEN_AT_ONCE: f64 = 1000.0;
+
 /// The display's range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Display {
@@ -37,6 +40,17 @@ impl Display {
     /// ln of black and white.
     pub fn ln(&self) -> (f64, f64) {
         (self.min_cd_m2.ln(), self.max_cd_m2.ln())
+    }
+
+    /// What is seen of it at once: all of it, or the three decades below white where it has more.
+    ///
+    /// ```
+    /// use luxpipe::tone::Display;
+    /// assert_eq!(Display { max_cd_m2: 1000.0, min_cd_m2: 0.005 }.seen().min_cd_m2, 1.0);
+    /// assert_eq!(Display { max_cd_m2: 100.0, min_cd_m2: 1.0 }.seen().min_cd_m2, 1.0);
+    /// ```
+    pub fn seen(self) -> Display {
+        Display { min_cd_m2: self.min_cd_m2.max(self.max_cd_m2 / SEEN_AT_ONCE), ..self }
     }
 
     /// The luminance in the middle of its range, by ratio.

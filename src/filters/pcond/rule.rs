@@ -109,7 +109,7 @@ fn text_of(path: &Path) -> Result<String> {
     let read = if path == Path::new("-") {
         std::io::stdin().lock().read_to_string(&mut text).map(|_| ())
     } else {
-        std::fs::File::open(path).and_then(|mut f| f.read_to_string(&mut text)).map(|_| ())
+        crate::files::open(path).and_then(|mut f| f.read_to_string(&mut text)).map(|_| ())
     };
     read.map_err(|e| Error::io(path.display().to_string(), e))?;
     Ok(text)

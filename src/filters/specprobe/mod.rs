@@ -152,6 +152,10 @@ impl Filter for Specprobe {
     const EXAMPLE: &'static str = "specprobe scenes/materials.toml --material gold --angles 0,45,80 --wavelengths 450,550,650\necho '30 0 30 180' | specprobe scenes/materials.toml --material satin --pairs\nspecprobe scenes/marble.toml --medium marble --thickness inf --index 1.5";
     const READS: bool = false;
 
+    fn look_ahead(&self) -> Result<Option<usize>> {
+        self.scene.as_deref().map(load::materials).transpose().map(|_| None)
+    }
+
     fn start(self, _: Option<Box<dyn Picture>>, _: &Run) -> Result<Product> {
         let path = self.scene.clone().ok_or_else(|| Error::Usage("expected a scene file".into()))?;
         let right = |x: &f64| (0.0..90.0).contains(x);

@@ -25,7 +25,7 @@ pub struct Volume {
 
 /// Reads a file.
 pub fn read(path: &Path) -> Result<Volume> {
-    let file = std::fs::File::open(path).map_err(|e| Error::io(path.display().to_string(), e))?;
+    let file = crate::files::open(path).map_err(|e| Error::io(path.display().to_string(), e))?;
     parse(&mut BufReader::new(file)).map_err(|e| e.in_file(path))
 }
 

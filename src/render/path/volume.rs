@@ -10,7 +10,7 @@ use glam::Vec3A;
 use crate::material::Tint;
 use crate::medium::Medium;
 use crate::medium::density::Way as Line;
-use crate::render::flight::{Equiangular, Flight};
+use crate::render::flight::{Equiangular, Flight, Spread};
 use crate::render::media::{self, Bodies, Lots};
 use crate::render::path::{Beside, MOST_BOUNCES, MOST_SCATTERINGS, ROULETTE_FROM, State, Tracer, Way};
 use crate::render::plane;
@@ -22,8 +22,6 @@ use crate::scene::{Hit, Scene};
 /// Pairs of a sampler's numbers that ways through media take, six each, numbered by ways.
 const FIRST: u32 = 0x2000_0000;
 const EACH: u32 = 6;
-/// Optical depth from which less light comes than anybody sees.
-const DEEP: f32 = 16.0;
 /// Where along a way lamps are chosen from, by how far light flies: what is near to any of these places is not left out.
 const QUANTILES: [f32; 3] = [0.15, 0.5, 0.85];
 /// A path may end by lot where it scatters, with a chance to go on of this times what it carries: measured on the fog box
@@ -62,19 +60,16 @@ pub(super) fn by_phase(scene: &Scene, medium: &Medium) -> f32 {
 enum Second {
     /// By the angle at which a lamp sees them.
     Angles(Equiangular),
-    /// Evenly up to a column, m.
-    Even(f32),
-    /// Of a way of so much, m: evenly, or as far from its end as light flies. From beyond the scene light may be strongest there.
-    Ends(f32),
+    /// By column, where no lamp is nearer to one place than to another.
+    Column(Spread),
 }
 
 impl Second {
     /// Its share of all places.
     fn share(&self) -> f32 {
         match self {
-            Second::Angles(_) => 0.25,
-            Second::Even(_) => 0.25,
-            Second::Ends(_) => 0.3,
+            Second::Column(spread) if spread.ends() => 0.3,
+            _ => 0.25,
         }
     }
 
@@ -82,9 +77,7 @@ impl Second {
     fn density(&self, place: f32, column: f32, scale: f32, flight: &Flight) -> f32 {
         match self {
             Second::Angles(angles) => angles.density(place),
-            Second::Even(all) if column <= *all => scale / all,
-            Second::Even(_) => 0.0,
-            Second::Ends(all) => 0.5 * scale * (1.0 / all + flight.density_within(all - column)),
+            Second::Column(spread) => scale * spread.density(column, flight),
         }
     }
 }
@@ -258,11 +251,7 @@ impl<E: Beside> Tracer<'_, E> {
             let foot = (p - line.origin).dot(line.direction);
             Equiangular::new(foot, (p - line.at(foot)).length(), line.length)
         });
-        let second = match angles {
-            Some(angles) => Second::Angles(angles),
-            None if all > DEEP / flight.least() => Second::Even(DEEP / flight.least()),
-            None => Second::Ends(all),
-        };
+        let second = angles.map_or_else(|| Second::Column(Spread::new(all, flight)), Second::Angles);
         let Some((place, column)) = self.place(medium, line, flight, &second, places) else { return };
         let scale = media::density(self.scene, medium, line.at(place));
         let (share, other) = (second.share(), second.density(place, column, scale, flight));
@@ -326,9 +315,7 @@ impl<E: Beside> Tracer<'_, E> {
         }
         let lot = lot / share;
         match second {
-            Second::Even(column) => reach(lot * column),
-            Second::Ends(all) if lot < 0.5 => reach(2.0 * lot * all),
-            Second::Ends(all) => reach((all - flight.within([other, 2.0 * lot - 1.0])).max(0.0)),
+            Second::Column(spread) => reach(spread.column([other, lot], flight)),
             Second::Angles(angles) => {
                 let place = angles.place(lot);
                 let within = place > 0.0 && place < line.length;

@@ -243,7 +243,7 @@ fn turned_x(down: DVec3) -> DVec3 {
 fn ies_place(k: &mut Keys, metres: f64, folder: &Path) -> Result<(Place, Power)> {
     let (file, span) = k.get_spanned::<String>("file")?.ok_or_else(|| k.wrong("key 'file' is missing"))?;
     let wrong = |message: &str| k.wrong_key("file", span.clone(), message);
-    let bytes = std::fs::read(folder.join(&file)).map_err(|e| wrong(&format!("cannot read it: {e}")))?;
+    let bytes = crate::files::read(folder.join(&file)).map_err(|e| wrong(&format!("cannot read it: {e}")))?;
     let photometry = Photometry::parse(&bytes).map_err(|e| wrong(&e.to_string()))?;
     if photometry.peak() <= 0.0 {
         return Err(wrong("gives no light"));

@@ -29,7 +29,7 @@ pub fn load(path: &Path) -> Result<Scene> {
 
 /// The same without some effects.
 pub fn load_without(path: &Path, without: Without) -> Result<Scene> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
+    let text = crate::files::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
     let folder = path.parent().unwrap_or(Path::new("."));
     parse_without(&text, folder, without).map_err(|e| e.in_file(path))
 }
@@ -50,7 +50,7 @@ pub struct Materials {
 
 /// Reads the materials and media of a scene file.
 pub fn materials(path: &Path) -> Result<Materials> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
+    let text = crate::files::read_to_string(path).map_err(|e| Error::io(path.display().to_string(), e))?;
     let folder = path.parent().unwrap_or(Path::new("."));
     let read = || {
         let (mut keys, mut inks) = (keys::parse(&text)?, Vec::new());

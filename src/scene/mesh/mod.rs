@@ -94,7 +94,8 @@ pub fn load(path: &Path) -> Result<Mesh> {
             )));
         }
     };
-    let bytes = std::fs::read(path).map_err(|e| Error::Invalid(format!("cannot read '{}': {e}", path.display())))?;
+    let bytes =
+        crate::files::read(path).map_err(|e| Error::Invalid(format!("cannot read '{}': {e}", path.display())))?;
     parse(&bytes, path.parent().unwrap_or(Path::new("."))).map_err(|e| e.in_file(path))
 }
 

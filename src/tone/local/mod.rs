@@ -124,7 +124,7 @@ impl Luminances {
             Method::Retinex { scale } => Base::Surround(Surround::new(plane, scale)),
         };
         let mut split = Split { ln, width, base };
-        let (black, white) = (display.min_cd_m2.ln(), display.max_cd_m2.ln());
+        let (black, white) = display.seen().ln();
         let full = split.fitted(method, amount.detail as f32, white - black);
         let toward = |x: f32| (1.0 + amount.strength * (f64::from(x) - 1.0)) as f32;
         let (p, q) = (toward(full.0), toward(full.1));

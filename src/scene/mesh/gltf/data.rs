@@ -1,7 +1,6 @@
 //! glTF's bytes: GLB chunks, buffers from anywhere, numbers in them.
 
 use std::borrow::Cow;
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -53,7 +52,7 @@ pub fn read_file(folder: &Path, uri: &str, length: u64) -> Result<Vec<u8>> {
         return Err(Error::Unsupported(format!("'{}': only files beside the glTF are read", shown(&name))));
     }
     let failed = |e| Error::io(shown(&name), e);
-    let file = File::open(folder.join(&name)).map_err(failed)?;
+    let file = crate::files::open(folder.join(&name)).map_err(failed)?;
     if !file.metadata().map_err(failed)?.is_file() {
         return invalid!("'{}' is no file", shown(&name));
     }
