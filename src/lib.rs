@@ -17,6 +17,7 @@
 //! | [`display`] | what a medium can show, and its curve |
 //! | [`chart`] | numbers as pictures: palettes, contours, legends |
 //! | [`codec`] | file formats other than the stream's own |
+//! | [`capture`] | from a bracket of photographs to light |
 //! | [`tone`] | from world luminance to the display's |
 //! | [`plot`] | charts as SVG and PNG |
 //! | [`optics`] | light at boundaries, in films and at edges: reflectance, phase, polarization, diffraction |
@@ -39,6 +40,11 @@
 //!   3(1), 1998; as libtiff has it (`tif_luv.c`, `uvcode.h`).
 //! - [Steele 2014] G. Steele, D. Lea, C. Flood, *Fast Splittable Pseudorandom Number Generators*, OOPSLA 2014.
 //! - [CIE15] CIE 015, *Colorimetry*.
+//! - [Debevec 1997] P. Debevec, J. Malik, *Recovering High Dynamic Range Radiance Maps from Photographs*, SIGGRAPH 97.
+//! - [Debevec 1998] P. Debevec, *Rendering Synthetic Objects into Real Scenes*, SIGGRAPH 98.
+//! - [Geman 1985] S. Geman, D. McClure, *Bayesian image analysis: an application to single photon emission tomography*, ASA 1985.
+//! - [ISO 12232] ISO 12232:2019, *Photography - Digital still cameras - Determination of exposure index, ISO speed ratings, standard
+//!   output sensitivity, and recommended exposure index*.
 //! - [Walter 2007] B. Walter, S. Marschner, H. Li, K. Torrance, *Microfacet Models for Refraction through Rough Surfaces*, EGSR 2007.
 //! - [He 1991] X. He, K. Torrance, F. Sillion, D. Greenberg, *A Comprehensive Physical Model for Light Reflection*, SIGGRAPH 91.
 //! - [Abeles 1950] F. Abeles, *La theorie generale des couches minces*, Journal de Physique et le Radium 11, 1950.
@@ -119,6 +125,8 @@
 //! - [Preetham 1999] A. Preetham, P. Shirley, B. Smits, *A Practical Analytic Model for Daylight*, SIGGRAPH 99; [Zotti 2007] G.
 //!   Zotti, A. Wilkie, W. Purgathofer, *A Critical Review of the Preetham Skylight Model*, WSCG 2007; [Hosek 2012] L. Hosek, A.
 //!   Wilkie, *An Analytic Model for Full Spectral Sky-Dome Radiance*, ACM Transactions on Graphics 31(4), 2012.
+//! - [Michalsky 1988] J. Michalsky, *The Astronomical Almanac's algorithm for approximate solar position (1950-2050)*, Solar Energy
+//!   40(3), 1988; [Reda 2004] I. Reda, A. Andreas, *Solar position algorithm for solar radiation applications*, Solar Energy 76, 2004.
 //! - [Kasten 1965] F. Kasten, *A new table and approximation formula for the relative optical air mass*, Archiv fuer Meteorologie,
 //!   Geophysik und Bioklimatologie B 14, 1965; [Iqbal 1983] M. Iqbal, *An Introduction to Solar Radiation*, 1983.
 //! - [CIE S 026] CIE S 026/E:2018, *CIE system for metrology of optical radiation for ipRGC-influenced responses to light*.
@@ -126,6 +134,7 @@
 //! - [Ohno 2014] Y. Ohno, *Practical use and calculation of CCT and Duv*, LEUKOS 10(1), 2014.
 //! - [Marsaglia 2004] G. Marsaglia, *Evaluating the Normal Distribution*, Journal of Statistical Software 11, 2004.
 
+pub mod capture;
 pub mod chart;
 pub mod cli;
 pub mod codec;

@@ -338,6 +338,14 @@ fn push_words(arg: &Arg, value: &toml::Value, history: bool, words: &mut Vec<Str
     }
 }
 
+/// The name that a program of ours is installed by: with the prefix that the running one has (`make install PROGRAM_PREFIX=lux-`).
+pub fn installed(name: &str) -> String {
+    let own = std::env::args_os().next().map(PathBuf::from);
+    let own = own.as_deref().and_then(Path::file_name).and_then(OsStr::to_str).unwrap_or_default();
+    let prefix = ["luxpipe", "tradeoff"].iter().find_map(|program| own.strip_suffix(program));
+    format!("{}{name}", prefix.unwrap_or_default())
+}
+
 /// A word as a shell would need it.
 ///
 /// ```

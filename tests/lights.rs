@@ -71,6 +71,53 @@ fn clear_skies_and_their_sun() {
     near(e[0], 50e3 * 0.8124218, 2e-4);
 }
 
+/// A sky by date and place is that of the sun's direction then; with the sun on the horizon it is finite, below it there is no light.
+#[test]
+fn skies_by_date_and_place() {
+    let up = "0 0 0 0 0 1\n";
+    let at =
+        |time: &str, north: &str| format!("{{ date = {time}, latitude = 39.742476, longitude = -105.1786{north} }}");
+    let sky = |sun: &str| lux(&format!("{BALL}[environment]\ntype = \"clear\"\nturbidity = 3\nsun = {sun}\n"), up)[0];
+    let sun = |sun: &str, normal: &str| {
+        let light = format!("{BALL}[lights.sun]\ntype = \"sun\"\ndirection = {sun}\nturbidity = 3\n");
+        lux(&light, &format!("0 0 0 {normal}\n"))[0]
+    };
+    // NREL's example: 50.11 degrees from the zenith, 194.34 from north by east.
+    let (zenith, azimuth) = (50.127f64.to_radians(), 194.34f64.to_radians());
+    let [e, n, u] = [zenith.sin() * azimuth.sin(), zenith.sin() * azimuth.cos(), zenith.cos()];
+    let noon = at("2003-10-17T12:30:30-07:00", "");
+    near(sky(&noon), sky(&format!("[{e}, {n}, {u}]")), 1e-3);
+    let facing = sun(&noon, &format!("{e} {n} {u}"));
+    near(sun(&noon, "0 0 1") / facing, u, 1e-3);
+    near(sun(&noon, "0 -1 0") / facing, -n, 1e-3);
+    // +x is north: what was south is -x.
+    let turned = at("2003-10-17T12:30:30-07:00", ", north = [1, 0, 0]");
+    near(sun(&turned, "-1 0 0") / facing, -n, 1e-3);
+    let rising = sky(&at("2003-10-17T06:15:00-07:00", ""));
+    assert!(rising > 100.0 && rising < 3000.0, "{rising} lx at sunrise");
+    let night = at("2003-10-17T23:00:00-07:00", "");
+    // A lamp of 79.577 cd at 3 m is all there is then.
+    let lamp = "[lights.p]\ntype = \"point\"\nspectrum = \"A\"\nposition = [0, 0, 3]\nlumens = 1000\n";
+    let dark = format!(
+        "{BALL}{lamp}[environment]\ntype = \"clear\"\nturbidity = 3\nsun = {night}\n[lights.sun]\ntype = \"sun\"\ndirection = {night}\nturbidity = 3\n"
+    );
+    near(lux(&dark, up)[0], 8.842, 1e-4);
+    let scene = |sun: &str| format!("{BALL}[environment]\ntype = \"clear\"\nturbidity = 3\nsun = {sun}\n");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    for (sun, word) in [
+        ("{ date = 2003-10-17T12:30:30, latitude = 0, longitude = 0 }", "offset from UTC"),
+        ("{ date = 2003-10-17T12:30:30Z, latitude = 91, longitude = 0 }", "-90 to 90"),
+        ("{ date = 2003-10-17T12:30:30Z, latitude = 0 }", "longitude"),
+        ("{ date = 2003-10-17T12:30:30Z, latitude = 0, longitude = 0, height = 3 }", "height"),
+        ("{ date = 1803-10-17T12:30:30Z, latitude = 0, longitude = 0 }", "1950 to 2050"),
+        ("{ date = 2003-10-17T12:30:30Z, latitude = 0, longitude = 0, north = [0, 0, 1] }", "north"),
+    ] {
+        fs::write(&path, scene(sun)).unwrap();
+        common::fails("spectrace", &["--irradiance", path.to_str().unwrap()], up.as_bytes(), 1, word);
+    }
+}
+
 /// A panorama whose right half shines: a surface that faces right gets pi L of its colour, one that faces left nothing.
 #[test]
 fn panoramas_shine_in_their_colours() {

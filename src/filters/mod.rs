@@ -1,5 +1,6 @@
 //! The filters, one file each. A new one: its file here with one line in the list below, and its program in src/bin.
 
+mod expmerge;
 mod falsecolor;
 mod pcompare;
 mod pcond;
@@ -25,6 +26,7 @@ pub mod spectrace;
 mod vonkries;
 mod xyz2rgb;
 
+pub use expmerge::Expmerge;
 pub use falsecolor::Falsecolor;
 pub use pcompare::Pcompare;
 pub use pcond::{Pcond, rewrite as pcond_arguments};
@@ -120,6 +122,7 @@ fn in_primaries(input: Box<dyn Picture>, to: Option<Primaries>) -> Result<Box<dy
 /// Every filter that a pipeline can run: `luxpipe`, the man pages and the tests walk this list.
 pub static ALL: &[&dyn Any] = &[
     &Entry::<Spectrace>::NEW,
+    &Entry::<Expmerge>::NEW,
     &Entry::<Spec2xyz>::NEW,
     &Entry::<Vonkries>::NEW,
     &Entry::<Pcond>::NEW,

@@ -13,7 +13,7 @@ use crate::options::Range;
 use crate::plot::data::{self, Luminances, Table};
 use crate::plot::{Axis, Bars, Chart, Scale, Series};
 use crate::spectral::key::SpectrumKey;
-use crate::spectral::{Spectrum, builtin};
+use crate::spectral::{Spectrum, builtin, text};
 use crate::stream::meaning::Overrides;
 use crate::stream::output::Output;
 use crate::stream::reader::Input;
@@ -240,9 +240,9 @@ impl Pplot {
         let mut units = Vec::new();
         for word in &self.spectrum {
             let (name, source) = named(word);
-            let (spectrum, text) = if source.to_ascii_lowercase().ends_with(".csv") {
-                let text = read(open(source)?)?;
-                (Spectrum::from_csv(&text).map_err(|e| e.within(&printable(source.as_bytes())))?, text)
+            let (spectrum, text) = if text::is_file(source) {
+                let content = read(open(source)?)?;
+                (text::parse(source, &content).map_err(|e| e.within(&printable(source.as_bytes())))?, content)
             } else {
                 let text = builtin::text(source).unwrap_or("").to_string();
                 (source.parse::<SpectrumKey>()?.resolve(Path::new(""))?, text)

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::clap_defaults;
 use crate::color::Xy;
 use crate::filter::{Filter, Product, Run};
-use crate::spectral::{Observer, Sampling, Spectrum, builtin};
+use crate::spectral::{Observer, Sampling, Spectrum, builtin, text};
 use crate::stream::tristimulus::{integrated, tristimulus, weights};
 use crate::stream::{Components, Header, Picture, Units};
 use crate::{Error, Result, invalid, usage};
@@ -49,11 +49,11 @@ clap_defaults!(Spec2xyz);
 
 /// A table by name or file.
 fn table(name: &str) -> Result<Spectrum> {
-    if !name.to_ascii_lowercase().ends_with(".csv") {
+    if !text::is_file(name) {
         return builtin::spectrum(name);
     }
-    let text = crate::files::read_to_string(name).map_err(|e| Error::io(name, e))?;
-    Spectrum::from_csv(&text).map_err(|e| e.within(name))
+    let content = crate::files::read_to_string(name).map_err(|e| Error::io(name, e))?;
+    text::parse(name, &content).map_err(|e| e.within(name))
 }
 
 impl Spec2xyz {

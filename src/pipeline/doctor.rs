@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::shell::ours;
 use crate::filters;
+use crate::options::installed;
 
 /// Programs that luxpipe goes together with: what they are called, and what for.
 const PEERS: &[(&str, &str)] = &[
@@ -28,7 +28,7 @@ pub fn report() -> String {
     let own = std::env::current_exe().ok();
     let folder = own.as_deref().and_then(|p| p.parent());
     let programs: Vec<String> =
-        filters::ALL.iter().map(|f| f.name()).chain(["luxpipe", "tradeoff"]).map(ours).collect();
+        filters::ALL.iter().map(|f| f.name()).chain(["luxpipe", "tradeoff"]).map(installed).collect();
     let missing: Vec<&String> = programs.iter().filter(|p| folder.is_some_and(|f| !f.join(p).is_file())).collect();
     let beside = folder.map_or("?".into(), |f| f.display().to_string());
     text += &format!("programs        {} of {} in {beside}\n", programs.len() - missing.len(), programs.len());

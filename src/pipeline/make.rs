@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use super::parts::{Step, in_folders};
 use super::shell;
 use crate::error::printable;
+use crate::options::installed;
 
 /// The rules; `arguments` are the words of the command that would write them again.
 pub fn rules(pipeline: &Path, arguments: &str, jobs: &[Vec<Step>]) -> String {
-    let mut text = format!("# Written by: {} {}\n", shell::ours("luxpipe"), arguments);
+    let mut text = format!("# Written by: {} {}\n", installed("luxpipe"), arguments);
     let goal = goal(pipeline);
     let last = jobs.iter().filter_map(|steps| steps.last());
     let all: Vec<String> = last.flat_map(|s| s.targets.iter().map(|p| name(p))).collect();

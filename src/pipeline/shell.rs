@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::tree::{Node, Work};
 use crate::filters;
-use crate::options::quote;
+use crate::options::{installed, quote};
 use crate::stream::writer::Format;
 
 /// The command of a tree.
@@ -18,15 +18,8 @@ pub fn command(tree: &Node) -> String {
 /// Words for a shell, programs of ours under the names that they are installed by.
 pub fn line(words: &[String]) -> String {
     let mut words = words.to_vec();
-    words[0] = ours(&words[0]);
+    words[0] = installed(&words[0]);
     words.iter().map(|w| quote(w)).collect::<Vec<_>>().join(" ")
-}
-
-/// The name that a program of ours is installed by: with the prefix of the running one.
-pub fn ours(name: &str) -> String {
-    let own = std::env::args_os().next().map(std::path::PathBuf::from);
-    let own = own.as_deref().and_then(Path::file_name).and_then(|n| n.to_str()).unwrap_or_default();
-    format!("{}{name}", own.strip_suffix("luxpipe").unwrap_or_default())
 }
 
 /// A stage's words; the output is its own.
@@ -81,7 +74,9 @@ fn follow(branch: &Node) -> Text {
     };
     // Somebody else changes the format, so that the picture's history is the same.
     match format {
-        Some(format) => Text { line: format!("{} --format {format} - | {}", ours(filters::PASSES), own.line), ..own },
+        Some(format) => {
+            Text { line: format!("{} --format {format} - | {}", installed(filters::PASSES), own.line), ..own }
+        }
         None => own,
     }
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::parts::Step;
 use super::shell;
+use crate::options::installed;
 use crate::{Result, invalid};
 
 /// The Snakefile; `arguments` are the words of the command that would write it again.
@@ -13,7 +14,7 @@ use crate::{Result, invalid};
 /// # Errors
 /// A file name that Snakemake would take for a pattern.
 pub fn snakefile(arguments: &str, jobs: &[Vec<Step>]) -> Result<String> {
-    let mut text = format!("# Written by: {} {}\n", shell::ours("luxpipe"), arguments);
+    let mut text = format!("# Written by: {} {}\n", installed("luxpipe"), arguments);
     text += "\nTHREADS = int(config.get(\"threads\", 1))\n";
     let last = jobs.iter().filter_map(|steps| steps.last());
     let all: Vec<PathBuf> = last.flat_map(|s| s.targets.clone()).collect();

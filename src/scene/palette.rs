@@ -278,7 +278,7 @@ fn read_word(word: &str) -> Result<(String, Spectrum)> {
     let name = match named {
         Some((name, _)) => name.trim().to_string(),
         None => {
-            let stem = Path::new(text).file_stem().filter(|_| text.to_ascii_lowercase().ends_with(".csv"));
+            let stem = Path::new(text).file_stem().filter(|_| crate::spectral::text::is_file(text));
             let text = stem.map_or(text.into(), |s| s.to_string_lossy());
             let words = text.split(|c: char| !(c.is_alphanumeric() || "-._".contains(c))).filter(|w| !w.is_empty());
             words.collect::<Vec<_>>().join("_")

@@ -7,10 +7,12 @@
 //! | [`clear`] | Preetham's clear sky: absolute spectral radiance |
 //! | [`beam`] | the sun's own spectrum behind a clear atmosphere |
 //! | [`sun`] | the sun's disc: solid angle, sampling |
+//! | [`place`] | where it stands, by date and place |
 
 pub mod beam;
 pub mod cie;
 pub mod clear;
+pub mod place;
 pub mod sun;
 
 pub use beam::sun_radiance;

@@ -1,4 +1,4 @@
-//! A spectrum as a scene names it: a number, a built-in table or a CSV file, inline pairs, a blackbody,
+//! A spectrum as a scene names it: a number, a built-in table or a file, inline pairs, a blackbody,
 //! daylight, or a glass by formula.
 
 use std::fmt;
@@ -8,7 +8,7 @@ use std::str::FromStr;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 
-use crate::spectral::{Spectrum, builtin, glass, planck};
+use crate::spectral::{Spectrum, builtin, glass, planck, text};
 use crate::{Error, Result};
 
 /// What the file says.
@@ -16,7 +16,7 @@ use crate::{Error, Result};
 pub enum SpectrumKey {
     /// `0.78`
     Constant(f64),
-    /// `"cornell_white"` or `"paint/red.csv"`
+    /// `"cornell_white"` or `"paint/red.csv"`, a file that [`text`] reads
     Named(String),
     /// `[[400, 0.1], [700, 0.9]]`
     Pairs(Vec<(f64, f64)>),
@@ -41,12 +41,12 @@ impl SpectrumKey {
             SpectrumKey::Daylight(kelvin) => planck::daylight(kelvin),
             SpectrumKey::Sellmeier(c) => glass::sellmeier(&c),
             SpectrumKey::Cauchy(c) => glass::cauchy(&c),
-            SpectrumKey::Named(name) if name.to_ascii_lowercase().ends_with(".csv") => {
+            SpectrumKey::Named(name) if text::is_file(&name) => {
                 let path = folder.join(&name);
-                let text = crate::files::read_to_string(&path).map_err(|e| {
+                let content = crate::files::read_to_string(&path).map_err(|e| {
                     Error::Invalid(format!("cannot read '{}': {e}", crate::error::printable(name.as_bytes())))
                 })?;
-                Spectrum::from_csv(&text).map_err(|e| e.within(&crate::error::printable(name.as_bytes())))
+                text::parse(&name, &content).map_err(|e| e.within(&crate::error::printable(name.as_bytes())))
             }
             SpectrumKey::Named(name) => builtin::spectrum(&name),
         }
@@ -80,7 +80,7 @@ impl<'de> Visitor<'de> for KeyVisitor {
     type Value = SpectrumKey;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a number, the name of a built-in spectrum, a .csv file, [[nm, value], ...], or a table of blackbody = K, daylight = K, sellmeier = [...] or cauchy = [...]")
+        f.write_str("a number, the name of a built-in spectrum, a .csv, .spd or .dat file, [[nm, value], ...], or a table of blackbody = K, daylight = K, sellmeier = [...] or cauchy = [...]")
     }
 
     fn visit_i64<E>(self, v: i64) -> Result<SpectrumKey, E> {

@@ -8,6 +8,7 @@ pub mod planck;
 pub mod rule;
 pub mod sampling;
 pub mod spectrum;
+pub mod text;
 
 pub use observer::Observer;
 pub use rule::Rule;

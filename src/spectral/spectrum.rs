@@ -38,25 +38,7 @@ impl Spectrum {
     /// assert_eq!(s.at(450.0), 4.0);
     /// ```
     pub fn from_csv(text: &str) -> Result<Spectrum> {
-        let mut points = Vec::new();
-        let mut named = false;
-        for (n, line) in text.lines().enumerate() {
-            let line = line.trim();
-            if line.is_empty() || line.starts_with('#') {
-                continue;
-            }
-            let fields: Vec<&str> = line.split(',').map(str::trim).collect();
-            let numbers: Option<Vec<f64>> = fields.iter().map(|f| f.parse().ok()).collect();
-            match numbers.as_deref() {
-                Some([nm, value]) => points.push((*nm, *value)),
-                None if points.is_empty() && !named => named = true,
-                _ => {
-                    let shown = crate::error::printable(line.as_bytes());
-                    return invalid!("line {}: expected 'wavelength_nm,value', got '{shown}'", n + 1);
-                }
-            }
-        }
-        Spectrum::from_points(points)
+        super::text::columns(text)
     }
 
     /// Value at a wavelength in nm.

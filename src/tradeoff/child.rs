@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::options::installed;
 use crate::{Error, Result, invalid};
 
 /// What came of it.
@@ -34,7 +35,7 @@ impl Programs {
         let own = std::env::current_exe().map_err(|e| Error::io("tradeoff", e))?;
         let folder = own.parent().unwrap_or(Path::new(".")).to_path_buf();
         for name in ["spectrace", "specplan"] {
-            if !folder.join(name).is_file() {
+            if !folder.join(installed(name)).is_file() {
                 return invalid!("there is no {name} beside tradeoff in {}", folder.display());
             }
         }
@@ -56,7 +57,7 @@ impl Programs {
         let said = File::create(&said_path).map_err(|e| Error::io(said_path.display().to_string(), e))?;
         let out = File::create(output).map_err(|e| Error::io(output.display().to_string(), e))?;
         let begin = Instant::now();
-        let mut child = Command::new(self.folder.join(name))
+        let mut child = Command::new(self.folder.join(installed(name)))
             .args(arguments)
             .arg(format!("--threads={}", self.threads))
             .stdin(Stdio::null())

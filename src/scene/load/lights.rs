@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
+use toml::value::Datetime;
 
 use crate::color::Uplift;
 use crate::keys::Keys;
@@ -20,7 +21,7 @@ use crate::scene::light::sky::{Axes, Clear, General};
 use crate::scene::light::{Emitter, Environment, Lamp, Point, Sun};
 use crate::scene::load::point;
 use crate::scene::{Frame, Light};
-use crate::sky::{sun, sun_radiance};
+use crate::sky::{place, sun, sun_radiance};
 use crate::spectral::key::SpectrumKey;
 use crate::spectral::{Observer, Spectrum, planck};
 use crate::units::K_M;
@@ -95,7 +96,7 @@ impl LightKey {
 }
 
 /// Reads a light.
-pub fn read(name: String, mut k: Keys, metres: f64, folder: &Path) -> Result<LightKey> {
+pub fn read(name: String, mut k: Keys, metres: f64, folder: &Path) -> Result<Option<LightKey>> {
     let kind = k.get_spanned::<String>("type")?;
     let (place, powers): (Place, &[&str]) = match kind.as_ref().map(|(kind, _)| kind.as_str()) {
         None | Some("area") => {
@@ -105,7 +106,7 @@ pub fn read(name: String, mut k: Keys, metres: f64, folder: &Path) -> Result<Lig
         Some("spot") => (spot_place(&mut k, metres)?, &["candela", "lumens", "watts", "intensity"]),
         Some("ies") => {
             let (place, candela) = ies_place(&mut k, metres, folder)?;
-            return finish(name, k, (place, Some(candela)), &["candela", "lumens"], folder);
+            return finish(name, k, (place, Some(candela)), &["candela", "lumens"], folder).map(Some);
         }
         Some("sun") => return read_sun(name, k, folder),
         Some(other) => {
@@ -118,11 +119,11 @@ pub fn read(name: String, mut k: Keys, metres: f64, folder: &Path) -> Result<Lig
             ));
         }
     };
-    finish(name, k, (place, None), powers, folder)
+    finish(name, k, (place, None), powers, folder).map(Some)
 }
 
 /// Reads the environment.
-pub fn read_environment(mut k: Keys, folder: &Path) -> Result<LightKey> {
+pub fn read_environment(mut k: Keys, folder: &Path) -> Result<Option<LightKey>> {
     let kind = k.get_spanned::<String>("type")?;
     let up = up_axis(&mut k)?;
     let name = "environment".to_string();
@@ -131,24 +132,24 @@ pub fn read_environment(mut k: Keys, folder: &Path) -> Result<LightKey> {
         None | Some("uniform") => {
             let half = k.get::<bool>("upper_half")?.unwrap_or(false);
             let surround = Box::new(Uniform { half: half.then_some(up) });
-            finish(name, k, (Place::Environment(surround, PI, up), None), &powers, folder)
+            finish(name, k, (Place::Environment(surround, PI, up), None), &powers, folder).map(Some)
         }
         Some("cie") => {
             let right = "must be a whole number from 1 to 15";
             let sky = k.number("sky", right, |x| (1.0..=15.0).contains(&x) && x.fract() == 0.0)?;
             let sky = sky.ok_or_else(|| k.wrong("key 'sky' is missing"))?;
-            let to_sun = direction(&mut k, "sun")?;
+            let Some(to_sun) = to_sun(&mut k, "sun", up)? else { return Ok(None) };
             let sky = General::new(sky as u32, to_sun, up).map_err(|e| k.wrong(&e.to_string()))?;
             let lux = sky.horizontal_sr();
             let sky = polarised(&mut k, Box::new(sky), to_sun)?;
-            finish(name, k, (Place::Environment(sky, lux, up), None), &powers, folder)
+            finish(name, k, (Place::Environment(sky, lux, up), None), &powers, folder).map(Some)
         }
         Some("clear") => {
             let turbidity = k.need("turbidity")?;
-            let to_sun = direction(&mut k, "sun")?;
+            let Some(to_sun) = to_sun(&mut k, "sun", up)? else { return Ok(None) };
             let sky = Clear::new(turbidity, to_sun, up).map_err(|e| k.wrong(&e.to_string()))?;
             let (basis, sky) = (sky.basis(), polarised(&mut k, Box::new(sky), to_sun)?);
-            stated(name, k, basis, Place::Environment(sky, PI, up))
+            stated(name, k, basis, Place::Environment(sky, PI, up)).map(Some)
         }
         Some("picture") => {
             let (file, span) = k.get_spanned::<String>("file")?.ok_or_else(|| k.wrong("key 'file' is missing"))?;
@@ -158,7 +159,7 @@ pub fn read_environment(mut k: Keys, folder: &Path) -> Result<LightKey> {
             let picture = Panorama::open(&folder.join(&file), axes, factor);
             let picture = picture.map_err(|e| k.wrong_key("file", span, &e.to_string()))?;
             let basis = Uplift::new()?.lights().to_vec();
-            stated(name, k, basis, Place::Environment(Box::new(picture), PI, up))
+            stated(name, k, basis, Place::Environment(Box::new(picture), PI, up)).map(Some)
         }
         Some(other) => {
             let shown = crate::error::printable(other.as_bytes());
@@ -193,6 +194,31 @@ fn up_axis(k: &mut Keys) -> Result<DVec3> {
 fn direction(k: &mut Keys, key: &'static str) -> Result<DVec3> {
     let d = point(k, key)?.normalize_or_zero();
     if d == DVec3::ZERO { Err(k.wrong(&format!("{key}: has no length"))) } else { Ok(d) }
+}
+
+/// The direction to the sun: given, or by `{ date, latitude, longitude, north }`. `None` while it is below the horizon by date: then
+/// neither it nor its sky gives light.
+fn to_sun(k: &mut Keys, key: &'static str, up: DVec3) -> Result<Option<DVec3>> {
+    if !matches!(k.peek::<toml::Value>(key), Some(toml::Value::Table(_))) {
+        return direction(k, key).map(Some);
+    }
+    let Some(mut at) = k.table(key)? else { return Ok(None) };
+    let time: Datetime = at.need("date")?;
+    let (latitude, longitude): (f64, f64) = (at.need("latitude")?, at.need("longitude")?);
+    let north = match at.get::<[f64; 3]>("north")? {
+        Some(north) => DVec3::from(north),
+        None if up == DVec3::Z => DVec3::Y,
+        None => return Err(at.wrong("key 'north' is missing: a direction, since up is not z")),
+    };
+    let north = (north - up * north.dot(up)).normalize_or_zero();
+    if north == DVec3::ZERO || !north.is_finite() {
+        return Err(at.wrong("north: must not be the direction up"));
+    }
+    let [east_part, north_part, up_part] =
+        place::to_sun(&time, latitude, longitude).map_err(|e| at.wrong(&e.to_string()))?;
+    at.finish()?;
+    let sun = north.cross(up) * east_part + north * north_part + up * up_part;
+    Ok((up_part >= 0.0).then_some(sun))
 }
 
 fn point_place(k: &mut Keys, metres: f64) -> Result<Place> {
@@ -258,17 +284,17 @@ fn ies_place(k: &mut Keys, metres: f64, folder: &Path) -> Result<(Place, Power)>
 }
 
 /// The sun: behind a clear atmosphere (`turbidity`), or with a spectrum and an amount of its own.
-fn read_sun(name: String, mut k: Keys, folder: &Path) -> Result<LightKey> {
+fn read_sun(name: String, mut k: Keys, folder: &Path) -> Result<Option<LightKey>> {
     let up = up_axis(&mut k)?;
-    let direction = direction(&mut k, "direction")?;
+    let Some(direction) = to_sun(&mut k, "direction", up)? else { return Ok(None) };
     let diameter = k.number("diameter_deg", "must be above 0 and below 180", |x| x > 0.0 && x < 180.0)?;
     let place = Place::Sun { direction, diameter_deg: diameter.unwrap_or(sun::DIAMETER_DEG) };
     match k.get::<f64>("turbidity")? {
-        None => finish(name, k, (place, None), &["radiance", "luminance", "lux"], folder),
+        None => finish(name, k, (place, None), &["radiance", "luminance", "lux"], folder).map(Some),
         Some(turbidity) => {
             let elevation = direction.dot(up).asin().to_degrees();
             let spectrum = sun_radiance(elevation, turbidity).map_err(|e| k.wrong(&e.to_string()))?;
-            stated(name, k, vec![spectrum], place)
+            stated(name, k, vec![spectrum], place).map(Some)
         }
     }
 }

@@ -86,6 +86,9 @@ pub fn parse_without(text: &str, folder: &Path, without: Without) -> Result<Scen
     if let Some(k) = keys.table("environment")? {
         lights.push(lights::read_environment(k, folder)?);
     }
+    // The sun of a night gives none.
+    let night = lights.iter().any(Option::is_none);
+    let lights: Vec<_> = lights.into_iter().flatten().collect();
     let index = |names: Vec<&str>| names.into_iter().enumerate().map(|(i, n)| (n.to_string(), i)).collect();
     let named = Names {
         materials: index(materials.iter().map(|m| m.0.as_str()).collect()),
@@ -108,7 +111,10 @@ pub fn parse_without(text: &str, folder: &Path, without: Without) -> Result<Scen
     }
     lights.extend(glows.into_iter().map(|(name, radiance)| Light { name, radiance }));
     let rough = shapes.is_smooth(&groups);
-    let remarks = std::mem::take(&mut shapes.remarks);
+    let mut remarks = std::mem::take(&mut shapes.remarks);
+    if night {
+        remarks.push("the sun is below the horizon: it gives no light, and its sky none".into());
+    }
     Ok(Scene {
         camera: camera.map(|c| c.within(frame)),
         clear: materials.iter().any(|m| m.1.is_clear()),
