@@ -10,7 +10,7 @@ FUZZ_TARGETS := $(notdir $(basename $(wildcard fuzz/fuzz_targets/*.rs)))
 FUZZ_SECONDS ?= 60
 FUZZ_LIMITS := -rss_limit_mb=512 -timeout=10 -max_len=65536
 
-.PHONY: all demo test lint fuzz bench bench-rays bench-render bench-methods bench-effects bench-media bench-plan tradeoff tradeoff-quick references stability paper-relative mesh accuracy man paper-colour paper-encodings paper-tone paper intents install clean
+.PHONY: all demo test lint fuzz bench bench-rays bench-render bench-methods bench-effects bench-media bench-plan tradeoff tradeoff-quick references stability paper-relative mesh accuracy man paper-colour paper-encodings paper-tone paper intents test-hostile test-faults test-names test-determinism load load-small audit sbom install clean
 
 all:
 	$(CARGO) build --release --locked
@@ -221,6 +221,49 @@ intents:
 docs/gamut.md: examples/intents.rs $(wildcard examples/gamut/*) tests/ref/pointer_gamut.csv
 	$(MAKE) --no-print-directory --silent intents > $@.part
 	mv $@.part $@
+
+TRUST = $(CARGO) bench --locked --bench trust --
+COUNT ?= 2000
+SEED ?= 1
+
+# COUNT damaged files a program, by lot from SEED: under 10 minutes on 2 cores; what breaks a demand is kept in target/trust.
+test-hostile:
+	$(TRUST) hostile --count $(COUNT) --seed $(SEED)
+
+# Full disks, closed pipes, signals, shrinking files, little memory: each program by each fault. As root all of them, else what can be done.
+test-faults:
+	$(TRUST) faults
+
+# Odd names, terminal escapes, markup: nothing is run, nothing is obeyed.
+test-names:
+	$(TRUST) names
+
+# Equal input, equal bytes.
+test-determinism:
+	$(TRUST) determinism
+
+# A gigapixel, 10,000 frames, 200 pipelines, 10 million triangles: minutes, and 18 GB of /var/tmp. Not for CI; load-small is a 64th.
+load:
+	$(TRUST) load
+
+load-small:
+	$(TRUST) load --small
+
+# Licences and advisories of all dependencies (deny.toml); the advisories need the network.
+audit:
+	@if $(CARGO) deny --version > /dev/null 2>&1; then $(CARGO) deny --locked check; \
+	else echo "skipped: make audit needs cargo-deny (cargo install cargo-deny --locked)"; fi
+
+# Every crate that the programs are built of, with version, licence and checksum, as CSV: out/sbom.csv.
+sbom:
+	@mkdir -p out
+	@$(CARGO) metadata --locked --format-version 1 --filter-platform $$(rustc -vV | sed -n 's/^host: //p') > out/metadata.json
+	@$(CARGO) tree --locked --edges normal,build --prefix none --format '{p},{l}' | sed 's/ (\*)//; s/ (proc-macro)//; s/ (\/[^)]*)//; s/ v/,/' | sort -u > out/crates.csv
+	@awk -F'"' '/^name = /{n=$$2} /^version = /{v=$$2} /^checksum = /{print n "," v "," $$2}' Cargo.lock > out/sums.csv
+	@awk -F, 'BEGIN { print "crate,version,licence,sha256" } FNR == NR { sum[$$1 "," $$2] = $$3; next } { print $$1 "," $$2 "," $$3 "," sum[$$1 "," $$2] }' \
+		out/sums.csv out/crates.csv > out/sbom.csv
+	@rm out/sums.csv out/crates.csv
+	@echo "out/sbom.csv: $$(($$(wc -l < out/sbom.csv) - 1)) crates; out/metadata.json: cargo's own"
 
 man: all
 	@$(CARGO) run --locked --quiet --release --example manuals -- out/man $(PROGRAM_PREFIX)

@@ -79,6 +79,12 @@ macro_rules! usage {
     ($($t:tt)*) => { Err($crate::Error::Usage(format!($($t)*))) };
 }
 
+/// A character that changes what a terminal shows of others: a control character, or one that turns the direction of writing.
+pub fn is_deceptive(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
 /// A text from outside, safe to print on one line of a terminal: control characters as `\xNN`, cut at 80 characters.
 ///
 /// ```
@@ -91,7 +97,7 @@ pub fn printable(text: &[u8]) -> String {
             out.push_str("...");
             break;
         }
-        if c.is_control() { out.push_str(&format!("\\x{:02x}", c as u32)) } else { out.push(c) }
+        if is_deceptive(c) { out.push_str(&format!("\\x{:02x}", c as u32)) } else { out.push(c) }
     }
     out
 }

@@ -45,7 +45,7 @@ impl From<&str> for Json {
                 '"' | '\\' => write!(out, "\\{c}"),
                 '\n' => write!(out, "\\n"),
                 '\t' => write!(out, "\\t"),
-                c if c.is_control() => write!(out, "\\u{:04x}", c as u32),
+                c if crate::error::is_deceptive(c) => write!(out, "\\u{:04x}", c as u32),
                 c => write!(out, "{c}"),
             };
         }

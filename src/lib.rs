@@ -24,6 +24,7 @@
 //! | [`material`] | what surfaces do to light |
 //! | [`medium`] | what fills the space between surfaces: coefficients, densities, phase functions |
 //! | [`scene`] | scenes as TOML: shapes, lights, cameras |
+//! | [`radiance`] | scenes and views written for Radiance |
 //! | [`render`] | Eq. (1) and (2) by several methods, and what they leave out |
 //! | [`filter`], [`filters`] | what a filter is, and the filters |
 //! | [`pipeline`], [`cli`] | filters in chains and batches: run, or printed for a shell, make or Snakemake; command lines |
@@ -158,6 +159,7 @@ pub mod photometry;
 pub mod pipeline;
 pub mod plan;
 pub mod plot;
+pub mod radiance;
 pub mod render;
 pub mod scene;
 pub mod simd;

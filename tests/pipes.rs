@@ -467,7 +467,7 @@ fn scene_errors_name_line_and_key() {
         ("unit = \"mm\"", "unti = \"mm\"", "unti"),
         ("unit = \"mm\"", "unit = ", "line 5"),
         ("up = [0, 1, 0]", "up = [0, 0, 1]", "up"),
-        ("type = \"quad\"", "type = \"quid\"", "quad, triangle, box, sphere, disk, cylinder, mesh"),
+        ("type = \"quad\"", "type = \"quid\"", "quad, triangle, polygon, box, sphere, disk, cylinder, cone, mesh"),
         ("material = \"white\"", "material = \"whit\"", "no material 'whit'"),
         ("[552.8, 0, 0]", "[0, 0, 0]", "one line"),
         ("points = [[552.8, 0, 0], [0, 0, 0]", "points = [[0, 0, 0], [552.8, 0, 0]", "convex"),

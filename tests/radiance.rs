@@ -50,3 +50,46 @@ fn spectra_have_rcombs_bytes() {
         assert!(got.iter().zip(want).all(|(a, b)| (a * 407.73 - b).abs() <= step), "{got:?} {want:?}");
     }
 }
+
+/// Radiance's own programs take what we write; RADIANCE_BIN is their folder, as pyradiance installs them. Without it there is nothing to ask.
+#[test]
+fn radiances_programs_accept_our_pictures() {
+    let Some(bin) = std::env::var_os("RADIANCE_BIN").map(std::path::PathBuf::from) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let ask = |name: &str, args: &[&str]| {
+        let output = std::process::Command::new(bin.join(name)).args(args).current_dir(folder.path()).output().unwrap();
+        assert!(output.status.success(), "{name} {args:?}: {}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    let lines = "NCOMP=3\nCOMPONENTS=XYZ\nUNITS=cd/m2\nWHITE= 0.3333333 0.3333333\nVIEW= -vta -vh 180 -vv 180\nPRIMARIES= 1 0 0 1 0 0 .333 .333";
+    // Greys from 10 cd/m2 up, a bright spot among them.
+    let side = 64;
+    let grey = |i: usize| if i % side / 4 == 9 && i / side / 4 == 6 { 20_000.0f32 } else { 10.0 + (i % 97) as f32 };
+    let pixels: Vec<f32> = (0..side * side).flat_map(|i| [grey(i); 3]).collect();
+    let floats_in = common::stream(lines, &format!("-Y {side} +X {side}"), &pixels);
+    fs::write(folder.path().join("ours.lux"), &floats_in).unwrap();
+    fs::write(folder.path().join("ours.hdr"), stdout_of("ra_rgbe", &["-"], &floats_in)).unwrap();
+    let numbers = |text: Vec<u8>| -> Vec<f64> {
+        String::from_utf8(text).unwrap().split_whitespace().map(|w| w.parse().unwrap()).collect()
+    };
+    // Luminance is 179 times what pvalue calls brightness.
+    let seen = numbers(ask("pvalue", &["-o", "-b", "-h", "-H", "-d", "ours.hdr"]));
+    assert_eq!(seen.len(), side * side);
+    for (i, got) in seen.iter().enumerate() {
+        let want = f64::from(grey(i));
+        assert!((179.0 * got / want - 1.0).abs() < 0.006, "pixel {i}: {} for {want}", 179.0 * got);
+    }
+    let doubled = ask("rcomb", &["-s", "2", "ours.lux"]);
+    let (_, _, bytes) = split(&doubled);
+    assert!(
+        floats(bytes).iter().zip(&pixels).all(|(a, b)| (a / (2.0 * b) - 1.0).abs() < 1e-5),
+        "rcomb reads our floats"
+    );
+    let filtered = ask("pfilt", &["-1", "-e", "1", "-x", "32", "-y", "32", "ours.hdr"]);
+    let info = String::from_utf8(stdout_of("picinfo", &[], &filtered)).unwrap();
+    assert!(info.contains("32 x 32"), "{info}");
+    ask("ra_tiff", &["ours.hdr", "ours.tif"]);
+    assert!(fs::read(folder.path().join("ours.tif")).unwrap().len() > side * side);
+    let glare = String::from_utf8(ask("evalglare", &["-vta", "-vh", "180", "-vv", "180", "ours.hdr"])).unwrap();
+    assert!(glare.contains("dgp"), "{glare}");
+}

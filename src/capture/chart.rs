@@ -2,14 +2,16 @@
 //!
 //! A chart is TOML: rectangles of the upright picture and the colours that are there,
 //!
-//!     illuminant = "D50"                   # any spectrum: what the patches' reflectances were lit by
-//!     white_cd_m2 = 930                    # luminance of a perfect diffuser there, if it was measured: the picture is then absolute
-//!     [[patch]]
-//!     rect = [812, 440, 60, 60]            # x, y, width, height in pixels
-//!     spectrum = "cc_babel_01_dark_skin"   # a table of spectra/, a CSV beside this file, or pairs
-//!     [[patch]]
-//!     rect = [902, 440, 60, 60]
-//!     xyz = [112.4, 120.3, 88.1]           # cd/m2, read by an instrument; all patches or none
+//! ```toml
+//! illuminant = "D50"                   # any spectrum: what the patches' reflectances were lit by
+//! white_cd_m2 = 930                    # luminance of a perfect diffuser there, if it was measured: the picture is then absolute
+//! [[patch]]
+//! rect = [812, 440, 60, 60]            # x, y, width, height in pixels
+//! spectrum = "cc_babel_01_dark_skin"   # a table of spectra/, a CSV beside this file, or pairs
+//! [[patch]]
+//! rect = [902, 440, 60, 60]
+//! xyz = [112.4, 120.3, 88.1]           # cd/m2, read by an instrument; all patches or none
+//! ```
 //!
 //! M minimises sum |M c - X|^2 / |X|^2, so that dark patches count as much as light ones. The camera's responses are not the observer's,
 //! so the colours of other things are off by more than the patches are; the residual is told as CIEDE2000.

@@ -1,15 +1,17 @@
 //! What a lens does, as a TOML file: light lost toward the edge, a neutral filter, which part of the picture counts, and how it was seen.
 //!
-//!     projection = "fisheye"               # perspective, fisheye (equal angles), hemispherical, planispheric, cylinder, panorama
-//!     fov_deg = 180                        # whole angle across the part that counts; a panorama has none
-//!     circle = [2736, 1824, 1810]          # x, y and radius in pixels: what counts of a fisheye; or
-//!     rect = [0, 0, 5472, 3648]            # x, y, width, height
-//!     density = [3.01, 2.98, 2.95]         # of a neutral filter, by channel; or transmittance = [...]; one number for all three
-//!     [vignetting]                         # light that arrives, 1 in the middle, in one of three ways
-//!     radius = [[0, 1], [0.5, 0.93], [1, 0.61]]   # straight between points; 1 is the circle's edge, else half the diagonal
-//!     angle_deg = [[0, 1], [45, 0.9], [90, 0.48]] # over the angle from the middle of the view; needs a projection
-//!     polynomial = [1, 0, -0.31, 0, -0.08]        # c0 + c1 r + c2 r^2 ...
-//!     centre = [2731, 1829]                # of radius and polynomial, if it is not the circle's or the picture's
+//! ```toml
+//! projection = "fisheye"               # perspective, fisheye (equal angles), hemispherical, planispheric, cylinder, panorama
+//! fov_deg = 180                        # whole angle across the part that counts; a panorama has none
+//! circle = [2736, 1824, 1810]          # x, y and radius in pixels: what counts of a fisheye; or
+//! rect = [0, 0, 5472, 3648]            # x, y, width, height
+//! density = [3.01, 2.98, 2.95]         # of a neutral filter, by channel; or transmittance = [...]; one number for all three
+//! [vignetting]                         # light that arrives, 1 in the middle, in one of three ways
+//! radius = [[0, 1], [0.5, 0.93], [1, 0.61]]   # straight between points; 1 is the circle's edge, else half the diagonal
+//! angle_deg = [[0, 1], [45, 0.9], [90, 0.48]] # over the angle from the middle of the view; needs a projection
+//! polynomial = [1, 0, -0.31, 0, -0.08]        # c0 + c1 r + c2 r^2 ...
+//! centre = [2731, 1829]                # of radius and polynomial, if it is not the circle's or the picture's
+//! ```
 //!
 //! Pixels are counted from the left and the top of the upright picture, 0, 0 the corner of the first. Light is divided by all that is
 //! lost; what lies outside the circle is black. The picture is cut to the circle's square, or the rectangle, and VIEW is of what is left.

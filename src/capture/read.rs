@@ -98,7 +98,9 @@ fn three<T: Copy>(data: Vec<T>, channels: usize) -> Vec<T> {
 }
 
 fn of_png(bytes: &[u8]) -> Result<Shot> {
-    let wrong = |e: png::DecodingError| Error::Invalid(format!("PNG: {}", one_line(&e.to_string())));
+    let wrong = |e: png::DecodingError| {
+        Error::Invalid(format!("PNG: {}; the file is cut or damaged", one_line(&e.to_string())))
+    };
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: 1 << 30 });
     decoder.set_transformations(Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(wrong)?;
@@ -124,7 +126,9 @@ fn of_png(bytes: &[u8]) -> Result<Shot> {
 }
 
 fn of_jpeg(bytes: Vec<u8>) -> Result<Shot> {
-    let wrong = |e: zune_jpeg::errors::DecodeErrors| Error::Invalid(format!("JPEG: {}", one_line(&format!("{e:?}"))));
+    let wrong = |e: zune_jpeg::errors::DecodeErrors| {
+        Error::Invalid(format!("JPEG: {}; the file is cut or damaged", one_line(&format!("{e:?}"))))
+    };
     let options = DecoderOptions::default()
         .set_strict_mode(true)
         .set_max_width(usize::from(u16::MAX))
@@ -140,7 +144,12 @@ fn of_jpeg(bytes: Vec<u8>) -> Result<Shot> {
 }
 
 fn of_tiff(bytes: &[u8]) -> Result<Shot> {
-    let wrong = |e: tiff::TiffError| Error::Invalid(format!("TIFF: {}", one_line(&e.to_string())));
+    let wrong = |e: tiff::TiffError| match e {
+        tiff::TiffError::UnsupportedError(e) => {
+            Error::Unsupported(format!("TIFF: {}; expected grey or RGB of 8 or 16 bits", one_line(&e.to_string())))
+        }
+        e => Error::Invalid(format!("TIFF: {}; the file is cut or damaged", one_line(&e.to_string()))),
+    };
     let mut decoder = tiff::decoder::Decoder::new(Cursor::new(bytes)).map_err(wrong)?;
     let mut limits = tiff::decoder::Limits::default();
     limits.decoding_buffer_size = 8 * MOST_PIXELS;

@@ -85,7 +85,7 @@ impl Filter for Expmerge {
     const NAME: &'static str = "expmerge";
     const ABOUT: &'static str =
         "Merge bracketed exposures to one picture of light, absolute where a luminance is known";
-    const EXAMPLE: &'static str = "expmerge --times 1/60,1/15,1/4 tests/data/capture/short.png tests/data/capture/middle.png tests/data/capture/long.png > room.lux
+    const EXAMPLE: &'static str = "expmerge --times 1/60,1/8,1 tests/data/capture/short.png tests/data/capture/middle.png tests/data/capture/long.png > room.lux
 expmerge --response tests/data/capture/a.jpg tests/data/capture/b.jpg tests/data/capture/c.jpg > camera.txt
 expmerge --curve camera.txt --spot 12,8=250 tests/data/capture/a.jpg tests/data/capture/b.jpg tests/data/capture/c.jpg > room.lux";
     const READS: bool = false;

@@ -17,6 +17,7 @@ mod ra_pfm;
 mod ra_pixlog;
 mod ra_png;
 mod ra_rgbe;
+mod rad2scene;
 mod relight;
 mod spec2xyz;
 mod specmat;
@@ -43,6 +44,7 @@ pub use ra_pfm::RaPfm;
 pub use ra_pixlog::RaPixlog;
 pub use ra_png::RaPng;
 pub use ra_rgbe::RaRgbe;
+pub use rad2scene::Rad2scene;
 pub use relight::Relight;
 pub use spec2xyz::Spec2xyz;
 pub use specmat::Specmat;
@@ -135,6 +137,7 @@ pub static ALL: &[&dyn Any] = &[
     &Entry::<RaPfm>::NEW,
     &Entry::<RaExr>::NEW,
     &Entry::<Picinfo>::NEW,
+    &Entry::<Rad2scene>::NEW,
     &Entry::<Specmat>::NEW,
     &Entry::<Specprobe>::NEW,
     &Entry::<Specplan>::NEW,

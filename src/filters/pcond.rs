@@ -308,8 +308,15 @@ impl Pcond {
     /// Reads the picture once for what the map and the eye need, and puts the veil over it.
     fn look(&self, input: Box<dyn Picture>, eye: &Eye, cells: &Arc<Cells>, run: &Run) -> Result<Seen> {
         let veil = self.on(self.veil).then(|| self.scatter());
-        let mut first = First::new(input.header().ncomp, cells, veil, self.rule().needs_palette());
-        let picture = spool::twice(input, &run.options.limits(), &run.notes, |_, block| first.add(&block.data, eye))?;
+        // Made for the first rows: what a header claims must not take memory before any has come.
+        let (ncomp, colours) = (input.header().ncomp, self.rule().needs_palette());
+        let (mut first, mut veil) = (None, veil);
+        let mut made = || First::new(ncomp, cells, veil.take(), colours);
+        let look = |_: &crate::stream::Header, block: &crate::stream::Block| {
+            first.get_or_insert_with(&mut made).add(&block.data, eye)
+        };
+        let picture = spool::twice(input, &run.options.limits(), &run.notes, look)?;
+        let first = first.unwrap_or_else(made);
         if first.lost > 0 {
             run.notes.add(format!("{} pixels with a luminance that is not finite became black", first.lost));
         }

@@ -59,6 +59,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 
 use crate::display::Display;
+use crate::error::{is_deceptive, printable};
 use crate::filter;
 use crate::filters::Intent;
 use crate::notes::Notes;
@@ -177,7 +178,7 @@ pub fn run(args: &Luxpipe, notes: &Notes) -> Result<()> {
         let steps = jobs.iter().map(|job| parts::steps(job, &args.pipeline, args.parts));
         let steps = steps.collect::<Result<Vec<_>>>().map_err(within)?;
         return print(&match args.make {
-            true => make::rules(&args.pipeline, &arguments(), &steps),
+            true => make::rules(&args.pipeline, &arguments(), &steps).map_err(within)?,
             false => snakemake::snakefile(&arguments(), &steps).map_err(within)?,
         });
     }
@@ -194,14 +195,17 @@ pub fn run(args: &Luxpipe, notes: &Notes) -> Result<()> {
 fn arguments() -> String {
     let words: Vec<OsString> = std::env::args_os().skip(1).collect();
     let plain =
-        |w: &OsString| quote(&w.to_string_lossy()).chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        |w: &OsString| quote(&w.to_string_lossy()).chars().map(|c| if is_deceptive(c) { ' ' } else { c }).collect();
     words.iter().map(plain).collect::<Vec<String>>().join(" ")
 }
 
 /// What a job would do.
 fn described(job: &Job, args: &Luxpipe) -> Result<String> {
     let targets = job.targets();
-    let shown = |paths: &[PathBuf]| paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ");
+    let shown = |paths: &[PathBuf]| {
+        let list: Vec<String> = paths.iter().map(|p| printable(p.as_os_str().as_encoded_bytes())).collect();
+        list.join(", ")
+    };
     let needs = job.needs(&args.pipeline)?;
     let state = match (targets.is_empty(), job.is_done(&args.pipeline)?) {
         (true, _) => "writes standard output".to_string(),
@@ -209,8 +213,9 @@ fn described(job: &Job, args: &Luxpipe) -> Result<String> {
         (_, true) => format!("is done, and would be done again: {}", shown(&targets)),
         (_, false) => format!("would write {}", shown(&targets)),
     };
-    let name = if job.set.is_empty() { String::new() } else { format!("{}: ", job.name()) };
-    Ok(format!("{name}{state}\n    from {}\n    by {}\n", shown(&needs.files), shell::command(&job.tree)))
+    let plain = |text: &str| text.chars().map(|c| if is_deceptive(c) { '?' } else { c }).collect::<String>();
+    let name = if job.set.is_empty() { String::new() } else { format!("{}: ", plain(&job.name())) };
+    Ok(format!("{name}{state}\n    from {}\n    by {}\n", shown(&needs.files), plain(&shell::command(&job.tree))))
 }
 
 fn print(text: &str) -> Result<()> {

@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::error::printable;
+use crate::error::{is_deceptive, printable};
 use crate::keys::{self, Keys};
 use crate::material::read::Without;
 use crate::plan::channels::{Channels, Converter};
@@ -110,7 +110,15 @@ pub fn write(scene: &Scene, name: &str, plan: &Plan, wish: &Wish) -> String {
 }
 
 fn quoted(text: &str) -> String {
-    toml::Value::String(text.into()).to_string()
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            c if is_deceptive(c) => out.push_str(&format!("\\u{:04x}", c as u32)),
+            c => out.push(c),
+        }
+    }
+    out + "\""
 }
 
 fn wavelengths(text: &mut String, scene: &Scene, plan: &Plan) {

@@ -188,12 +188,26 @@ impl Scene {
     /// The same where each light is dimmed by a factor.
     pub fn dominant_dimmed(&self, factors: &[f64]) -> Result<Option<(usize, Xy)>> {
         let observer = Observer::cie1931()?;
+        let flux = |i: usize| {
+            let extent = self.lamps.iter().map(|l| self.extent(l, i)).sum::<f64>();
+            observer.integrate(&self.lights[i].radiance).map(|x| factors[i] * x * extent)
+        };
         let mut best: Option<(f64, (usize, Xy))> = None;
-        for (i, light) in self.lights.iter().enumerate() {
-            let xyz = observer.integrate(&light.radiance);
-            let flux = factors[i] * xyz[1] * self.lamps.iter().map(|l| self.extent(l, i)).sum::<f64>();
-            if let Some(xy) = Xy::of(xyz).filter(|_| best.is_none_or(|b| flux > b.0)) {
-                best = Some((flux, (i, xy)));
+        let mut i = 0;
+        while i < self.lights.len() {
+            // A sky or panorama of several spectra is one light.
+            let parts = self.lamps.iter().find_map(|lamp| match lamp {
+                Lamp::Environment(e) if e.light as usize == i => Some(e.surround.parts()),
+                _ => None,
+            });
+            let group = i..i + parts.unwrap_or(1).max(1);
+            i = group.end;
+            let strongest = group.clone().max_by(|a, b| flux(*a)[1].total_cmp(&flux(*b)[1]));
+            let sum = group.map(flux).fold([0.0; 3], |s, x| [0, 1, 2].map(|c| s[c] + x[c]));
+            if let (Some(light), Some(xy)) = (strongest, Xy::of(sum))
+                && best.is_none_or(|b| sum[1] > b.0)
+            {
+                best = Some((sum[1], (light, xy)));
             }
         }
         Ok(best.filter(|b| b.0 > 0.0).map(|b| b.1))

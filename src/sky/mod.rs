@@ -5,6 +5,7 @@
 //! |---|---|
 //! | [`cie`] | the 15 standard general skies: relative luminance |
 //! | [`clear`] | Preetham's clear sky: absolute spectral radiance |
+//! | [`radiance`] | those of Radiance's `gensky` and `gendaylit` |
 //! | [`beam`] | the sun's own spectrum behind a clear atmosphere |
 //! | [`sun`] | the sun's disc: solid angle, sampling |
 //! | [`place`] | where it stands, by date and place |
@@ -13,11 +14,13 @@ pub mod beam;
 pub mod cie;
 pub mod clear;
 pub mod place;
+pub mod radiance;
 pub mod sun;
 
 pub use beam::sun_radiance;
 pub use cie::CieSky;
 pub use clear::ClearSky;
+pub use radiance::RadianceSky;
 pub use sun::SunDisc;
 
 use crate::{Result, invalid};

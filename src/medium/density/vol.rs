@@ -23,6 +23,9 @@ pub struct Volume {
     pub values: Vec<f32>,
 }
 
+/// Densities beyond this leave floats along a way.
+const DENSEST: f32 = 1e12;
+
 /// Reads a file.
 pub fn read(path: &Path) -> Result<Volume> {
     let file = crate::files::open(path).map_err(|e| Error::io(path.display().to_string(), e))?;
@@ -48,15 +51,17 @@ pub fn parse(source: &mut impl Read) -> Result<Volume> {
     }
     // Grown as they come: a header alone must not take the memory.
     let mut values = Vec::new();
-    let mut row = vec![0u8; 4 * size[0] as usize];
-    for n in 0..count / size[0] as u64 {
-        if source.read_exact(&mut row).is_err() {
-            return invalid!("ends in row {n} of {} of its voxels", count / size[0] as u64);
+    let mut some = vec![0u8; (4 * count).min(1 << 16) as usize];
+    while (values.len() as u64) < count {
+        let left = (4 * (count - values.len() as u64)).min(some.len() as u64) as usize;
+        if source.read_exact(&mut some[..left]).is_err() {
+            let row = values.len() as u64 / size[0] as u64;
+            return invalid!("ends in row {row} of {} of its voxels", count / size[0] as u64);
         }
-        values.extend(row.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)));
+        values.extend(some[..left].as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)));
     }
-    if let Some(i) = values.iter().position(|v| !(*v >= 0.0 && v.is_finite())) {
-        return invalid!("voxel {i} is {}; densities are finite and not below 0", values[i]);
+    if let Some(i) = values.iter().position(|v| !(*v >= 0.0 && *v <= DENSEST)) {
+        return invalid!("voxel {i} is {}; densities are 0 to {DENSEST:e}", values[i]);
     }
     let corner = |i: usize| [real(i), real(i + 4), real(i + 8)];
     Ok(Volume { size: size.map(|n| n as usize), low: corner(24), high: corner(36), values })

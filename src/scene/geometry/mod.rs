@@ -76,6 +76,17 @@ pub enum Primitive {
         /// The front is the inside.
         inward: bool,
     },
+    /// A frustum of a cone without caps. Front side: outside, or inside where `inward`.
+    Cone {
+        /// Middle of one end.
+        base: Vec3A,
+        /// From there to the middle of the other end.
+        axis: Vec3A,
+        /// Radius at the base, and at the other end; one of them may be 0.
+        radii: [f32; 2],
+        /// The front is the inside.
+        inward: bool,
+    },
 }
 
 /// What a surface is made of, and whether it shines.

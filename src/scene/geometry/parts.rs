@@ -275,6 +275,7 @@ impl Primitive {
             Primitive::Sphere { center, radius, .. } => *center + *radius,
             Primitive::Disk { center, normal, radius, inner_radius } => *center + *normal + *radius + *inner_radius,
             Primitive::Cylinder { base, axis, radius, .. } => *base + *axis + *radius,
+            Primitive::Cone { base, axis, radii: [a, b], .. } => *base + *axis + *a + *b,
         };
         // Sums of finite numbers of such a size are finite, and others' are not.
         numbers.abs().max_element() < f32::MAX / 16.0 && numbers.is_finite()

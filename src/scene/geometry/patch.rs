@@ -82,6 +82,7 @@ impl Patch {
                 let r = inner + (radius - inner) * b;
                 [a, (r * r - inner * inner) / (radius * radius - inner * inner)]
             }
+            Form::Round(Round::Cone { radii, .. }) => [a, ring_share(*radii, b)],
             _ => [a, b],
         }
     }
@@ -94,6 +95,7 @@ impl Patch {
                 let r = (inner * inner + (radius * radius - inner * inner) * t).max(0.0).sqrt();
                 [s, (r - inner) / (radius - inner)]
             }
+            Form::Round(Round::Cone { radii, .. }) => [s, ring_height(*radii, t)],
             _ => [s, t],
         }
     }
@@ -176,6 +178,12 @@ impl Round {
                 let out = x * cos + y * sin;
                 (base + axis * (height * t) + out * radius, facing(out, inward))
             }
+            Round::Cone { base, axis, height, radii, inward } => {
+                let (x, y) = frame(axis);
+                let (h, out) = (ring_height(radii, t), x * cos + y * sin);
+                let point = base + axis * (height * h) + out * (radii[0] + (radii[1] - radii[0]) * h);
+                (point, facing((out * height - axis * (radii[1] - radii[0])).normalize_or(out), inward))
+            }
         }
     }
 
@@ -184,9 +192,21 @@ impl Round {
             Round::Sphere { radius, .. } => 4.0 * PI * radius * radius,
             Round::Disk { radius, inner, .. } => PI * (radius * radius - inner * inner),
             Round::Cylinder { height, radius, .. } => TAU * radius * height,
+            Round::Cone { height, radii: [a, b], .. } => PI * (a + b) * height.hypot(b - a),
         };
         f64::from(area)
     }
+}
+
+/// Share of a frustum's area below a share h of its height.
+fn ring_share([a, b]: [f32; 2], h: f32) -> f32 {
+    h * (2.0 * a + (b - a) * h) / (a + b)
+}
+
+/// And back: the height below which a share t of the area lies.
+fn ring_height([a, b]: [f32; 2], t: f32) -> f32 {
+    let r = (a * a + (b * b - a * a) * t).max(0.0).sqrt();
+    (t * (a + b) / (r + a)).min(1.0)
 }
 
 impl Tree {

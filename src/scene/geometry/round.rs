@@ -1,4 +1,4 @@
-//! Spheres, disks and open cylinders, one at a time.
+//! Spheres, disks, open cylinders and cones, one at a time.
 
 use std::f32::consts::{PI, TAU};
 
@@ -43,6 +43,19 @@ pub enum Round {
         /// The front is the inside.
         inward: bool,
     },
+    /// A frustum of a cone without caps.
+    Cone {
+        /// Middle of one end.
+        base: Vec3A,
+        /// Unit vector to the other end.
+        axis: Vec3A,
+        /// Distance of the ends.
+        height: f32,
+        /// Radii of both ends.
+        radii: [f32; 2],
+        /// The front is the inside.
+        inward: bool,
+    },
 }
 
 /// The two solutions of a circle about the origin of radius r crossed at f + d t, in order, for vectors of any number of
@@ -64,6 +77,28 @@ fn roots(f: Vec3A, d: Vec3A, radius: f32) -> Option<(f32, f32)> {
     Some((t0.min(t1), t0.max(t1)))
 }
 
+/// Where a line f + d t crosses the surface at a distance of r + k h from the axis, h the height above the base: in order, the other
+/// half of the double cone among them.
+fn cone_roots(f: Vec3A, d: Vec3A, axis: Vec3A, r: f32, k: f32) -> Option<(f32, f32)> {
+    // From the place of the ray nearest to the base: the differences below cancel less there.
+    let shift = -f.dot(d) / d.length_squared();
+    let near = f + d * shift;
+    let (fh, dh) = (near.dot(axis), d.dot(axis));
+    let (fa, da) = (across(near, axis), across(d, axis));
+    let here = r + k * fh;
+    let a = da.length_squared() - (k * dh) * (k * dh);
+    let b = fa.dot(da) - k * here * dh;
+    let c = (fa.length() - here) * (fa.length() + here);
+    let under = b * b - a * c;
+    if under.is_nan() || under <= 0.0 {
+        return None;
+    }
+    let q = -(b + under.sqrt().copysign(b));
+    // Along a ruling there is one crossing: the other goes to infinity.
+    let (t0, t1) = (shift + c / q, shift + q / a);
+    Some(if t0 <= t1 { (t0, t1) } else { (t1, t0) })
+}
+
 fn across(v: Vec3A, axis: Vec3A) -> Vec3A {
     v - axis * v.dot(axis)
 }
@@ -80,6 +115,10 @@ impl Round {
             Primitive::Cylinder { base, axis, radius, inward } => {
                 let (height, axis) = (axis.length(), axis.normalize_or_zero());
                 Some(Round::Cylinder { base, axis, height, radius, inward })
+            }
+            Primitive::Cone { base, axis, radii, inward } => {
+                let (height, axis) = (axis.length(), axis.normalize_or_zero());
+                Some(Round::Cone { base, axis, height, radii, inward })
             }
         }
     }
@@ -107,6 +146,19 @@ impl Round {
                     within(t) && h >= 0.0 && h <= *height && *height > 0.0
                 };
                 match roots(across(f, *axis), across(direction, *axis), *radius) {
+                    Some((near, _)) if between(near) => near,
+                    Some((_, far)) if between(far) => far,
+                    _ => f32::INFINITY,
+                }
+            }
+            Round::Cone { base, axis, height, radii: [a, b], .. } => {
+                let f = origin - *base;
+                // Between the ends the radius is positive: the other half of the double cone is not met.
+                let between = |t: f32| {
+                    let h = (f + direction * t).dot(*axis);
+                    within(t) && h >= 0.0 && h <= *height && *height > 0.0
+                };
+                match cone_roots(f, direction, *axis, *a, (b - a) / height) {
                     Some((near, _)) if between(near) => near,
                     Some((_, far)) if between(far) => far,
                     _ => f32::INFINITY,
@@ -140,6 +192,16 @@ impl Round {
                 let uv = [turn(out.dot(t), out.dot(s)), if *height > 0.0 { h / height } else { 0.0 }];
                 (*base + *axis * h + out * *radius, facing(out, *inward), uv)
             }
+            Round::Cone { base, axis, height, radii: [a, b], inward } => {
+                let f = crossing - *base;
+                let h = f.dot(*axis).clamp(0.0, height.max(0.0));
+                let (s, t) = frame(*axis);
+                let out = across(f, *axis).normalize_or(s);
+                let share = if *height > 0.0 { h / height } else { 0.0 };
+                let normal = (out * *height - *axis * (b - a)).normalize_or(out);
+                let point = *base + *axis * h + out * (a + (b - a) * share);
+                (point, facing(normal, *inward), [turn(out.dot(t), out.dot(s)), share])
+            }
         }
     }
 
@@ -150,6 +212,7 @@ impl Round {
                 center.abs().max_element() + radius.abs()
             }
             Round::Cylinder { base, height, radius, .. } => base.abs().max_element() + height + radius.abs(),
+            Round::Cone { base, height, radii: [a, b], .. } => base.abs().max_element() + height + a.abs().max(b.abs()),
         }
     }
 
@@ -166,6 +229,10 @@ impl Round {
             Round::Cylinder { base, axis, height, radius, .. } => {
                 let (r, top) = (reach(*axis, *radius), *base + *axis * *height);
                 (base.min(top) - r, base.max(top) + r)
+            }
+            Round::Cone { base, axis, height, radii: [a, b], .. } => {
+                let (low, high, top) = (reach(*axis, *a), reach(*axis, *b), *base + *axis * *height);
+                ((*base - low).min(top - high), (*base + low).max(top + high))
             }
         }
     }

@@ -32,7 +32,7 @@ impl Random {
 
     fn primitive(&mut self, size: f32) -> Primitive {
         let center = self.cube();
-        match (self.unit() * 5.0) as u32 {
+        match (self.unit() * 6.0) as u32 {
             0 => Primitive::Triangle([center, center + self.cube() * size, center + self.cube() * size]),
             1 => Primitive::Parallelogram { corner: center, u: self.cube() * size, v: self.cube() * size },
             2 => Primitive::Sphere { center, radius: self.unit() * size, inward: self.unit() < 0.5 },
@@ -40,6 +40,11 @@ impl Random {
                 let radius = self.unit() * size;
                 let inner_radius = if self.unit() < 0.5 { 0.0 } else { 0.5 * radius };
                 Primitive::Disk { center, normal: self.direction() * 3.0, radius, inner_radius }
+            }
+            4 => {
+                let (axis, inward) = (self.cube() * size, self.unit() < 0.5);
+                let radii = [0.3 * self.unit() * size, if inward { 0.3 * self.unit() * size } else { 0.0 }];
+                Primitive::Cone { base: center, axis, radii, inward }
             }
             _ => {
                 let axis = self.cube() * size;
@@ -216,6 +221,13 @@ fn rays_at_known_points_meet_them() {
                 let at = base + axis * v + out * radius;
                 (at, if inward { -out } else { out }, [u, v], None)
             }
+            Primitive::Cone { base, axis, radii: [a, b], inward } => {
+                let (s, t) = frame(axis.normalize());
+                let out = s * angle.cos() + t * angle.sin();
+                let at = base + axis * v + out * (a + (b - a) * v);
+                let normal = out * axis.length() - axis.normalize() * (b - a);
+                (at, if inward { -normal } else { normal }, [u, v], None)
+            }
         };
         let size = primitive_size(&primitive);
         if size < 0.05 {
@@ -224,6 +236,8 @@ fn rays_at_known_points_meet_them() {
         let origin = match primitive {
             Primitive::Sphere { center, radius, .. } => center + random.direction() * (0.8 * radius),
             Primitive::Cylinder { base, axis, .. } => base + axis * (0.1 + 0.8 * random.unit()),
+            // Inside: from there the crossing is the only one.
+            Primitive::Cone { base, axis, .. } => base + axis * (0.1 + 0.6 * random.unit()),
             _ => random.cube() * 2.0,
         };
         let normal = normal.normalize();
@@ -253,6 +267,8 @@ fn primitive_size(primitive: &Primitive) -> f32 {
         Primitive::Sphere { radius, .. } => radius,
         Primitive::Disk { radius, inner_radius, .. } => radius - inner_radius,
         Primitive::Cylinder { axis, radius, .. } => radius.min(axis.length()),
+        // What its apex has of angles is less.
+        Primitive::Cone { axis, radii: [a, b], .. } => 0.2 * (0.5 * (a + b)).min(axis.length()),
     }
 }
 
@@ -368,7 +384,8 @@ fn no_surface_is_met_twice() {
                 Primitive::Sphere { radius, .. } | Primitive::Cylinder { radius, .. } if radius < 0.05 * size => {
                     continue;
                 }
-                Primitive::Sphere { .. } | Primitive::Cylinder { .. } => 1e-3 * size,
+                Primitive::Cone { radii, .. } if radii[0].min(radii[1]) < 0.05 * size => continue,
+                Primitive::Sphere { .. } | Primitive::Cylinder { .. } | Primitive::Cone { .. } => 1e-3 * size,
                 _ => f32::INFINITY,
             };
             let scene = of(vec![primitive]);
@@ -438,6 +455,9 @@ fn moved(primitive: Primitive, size: f32, by: Vec3A) -> Primitive {
         },
         Primitive::Cylinder { base, axis, radius, inward } => {
             Primitive::Cylinder { base: base * size + by, axis: axis * size, radius: radius * size, inward }
+        }
+        Primitive::Cone { base, axis, radii, inward } => {
+            Primitive::Cone { base: base * size + by, axis: axis * size, radii: radii.map(|r| r * size), inward }
         }
     }
 }

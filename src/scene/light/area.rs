@@ -149,6 +149,19 @@ pub enum Shape {
         normal: DVec3,
         /// Radius.
         radius: f64,
+        /// Radius of the hole in the middle; 0 for none.
+        inner: f64,
+    },
+    /// An open frustum of a cone.
+    Cone {
+        /// Middle of one end.
+        base: DVec3,
+        /// From there to the middle of the other end.
+        axis: DVec3,
+        /// Radii of both ends.
+        radii: [f64; 2],
+        /// Shines into itself.
+        inward: bool,
     },
     /// An open tube.
     Cylinder {
@@ -197,7 +210,8 @@ impl Emitter {
             Shape::Rectangle { u, v, .. } => u.cross(*v).length(),
             Shape::Triangle([a, b, c]) => 0.5 * (*b - *a).cross(*c - *a).length(),
             Shape::Sphere { radius, .. } => 4.0 * PI * radius * radius,
-            Shape::Disk { radius, .. } => PI * radius * radius,
+            Shape::Disk { radius, inner, .. } => PI * (radius * radius - inner * inner),
+            Shape::Cone { axis, radii: [a, b], .. } => PI * (a + b) * axis.length().hypot(b - a),
             Shape::Cylinder { axis, radius, .. } => 2.0 * PI * radius * axis.length(),
         }
     }
@@ -215,7 +229,11 @@ impl Emitter {
             }
             Shape::Triangle(t) => (hull(t), (t[1] - t[0]).cross(t[2] - t[0]).normalize(), 1.0),
             Shape::Sphere { center, radius, .. } => ([*center - *radius, *center + *radius], DVec3::Z, -1.0),
-            Shape::Disk { center, normal, radius } => ([*center - *radius, *center + *radius], *normal, 1.0),
+            Shape::Disk { center, normal, radius, .. } => ([*center - *radius, *center + *radius], *normal, 1.0),
+            Shape::Cone { base, axis, radii: [a, b], .. } => {
+                let top = *base + *axis;
+                (hull(&[*base - *a, *base + *a, top - *b, top + *b]), DVec3::Z, -1.0)
+            }
             Shape::Cylinder { base, axis, radius, .. } => {
                 let [low, high] = hull(&[*base, *base + *axis]);
                 ([low - *radius, high + *radius], DVec3::Z, -1.0)
@@ -247,11 +265,11 @@ impl Emitter {
         match (&self.flat, &self.shape) {
             (Some(flat), _) => flat.spot([s, t]),
             (None, Shape::Sphere { center, .. }) => center.as_vec3a(),
-            (None, Shape::Cylinder { base, axis, .. }) => (*base + *axis * f64::from(s)).as_vec3a(),
-            (None, Shape::Disk { center, normal, radius }) => {
-                let (x, y) = normal.any_orthonormal_pair();
-                let (sin, cos) = (2.0 * PI * f64::from(t)).sin_cos();
-                (*center + (x * cos + y * sin) * (radius * f64::from(s).sqrt())).as_vec3a()
+            (None, Shape::Cylinder { base, axis, .. } | Shape::Cone { base, axis, .. }) => {
+                (*base + *axis * f64::from(s)).as_vec3a()
+            }
+            (None, Shape::Disk { center, normal, radius, inner }) => {
+                on_ring(*center, *normal, [*inner, *radius], [s, t].map(f64::from)).as_vec3a()
             }
             // Flat ones all have it.
             (None, Shape::Rectangle { corner, .. } | Shape::Triangle([corner, ..])) => corner.as_vec3a(),
@@ -309,10 +327,25 @@ impl Emitter {
                 }
             }
             Shape::Sphere { center, radius, inward } => aim_at_sphere(from, *center, *radius, *inward, s)?,
-            Shape::Disk { center, normal, radius } => {
+            Shape::Disk { center, normal, radius, inner } if *inner > 0.0 => {
+                if normal.dot(from - *center) <= 0.0 {
+                    return None;
+                }
+                let point = on_ring(*center, *normal, [*inner, *radius], s);
+                (point, *normal, area_pdf(from, point, *normal, self.area_m2()))
+            }
+            Shape::Disk { center, normal, radius, .. } => {
                 let seen = SphericalEllipse::new(from, *center, *normal, *radius)?;
                 let (point, pdf) = seen.sample(s)?;
                 (point, *normal, pdf)
+            }
+            Shape::Cone { base, axis, radii, inward } => {
+                let (point, out) = on_cone(*base, *axis, *radii, s);
+                let normal = if *inward { -out } else { out };
+                if normal.dot(from - point) <= 0.0 {
+                    return None;
+                }
+                (point, normal, area_pdf(from, point, normal, self.area_m2()))
             }
             Shape::Cylinder { base, axis, radius, inward } => {
                 let (x, y) = axis.normalize().any_orthonormal_pair();
@@ -355,12 +388,31 @@ impl Emitter {
                 Some(one_minus_cos) => 1.0 / (2.0 * PI * one_minus_cos),
                 None => by_area(),
             },
-            Shape::Disk { center, normal, radius } => SphericalEllipse::new(from, *center, *normal, *radius)
+            Shape::Disk { inner, .. } if *inner > 0.0 => by_area(),
+            Shape::Disk { center, normal, radius, .. } => SphericalEllipse::new(from, *center, *normal, *radius)
                 .map_or(0.0, |seen| seen.pdf(point.as_dvec3() - from)),
-            Shape::Cylinder { .. } => by_area(),
+            Shape::Cylinder { .. } | Shape::Cone { .. } => by_area(),
         };
         pdf as f32
     }
+}
+
+/// A place of a ring between two radii, any of its area as likely as any other.
+fn on_ring(center: DVec3, normal: DVec3, [inner, radius]: [f64; 2], s: [f64; 2]) -> DVec3 {
+    let (x, y) = normal.any_orthonormal_pair();
+    let (sin, cos) = (2.0 * PI * s[1]).sin_cos();
+    center + (x * cos + y * sin) * (inner * inner + (radius * radius - inner * inner) * s[0]).sqrt()
+}
+
+/// The same of a frustum, with its outward normal there.
+fn on_cone(base: DVec3, axis: DVec3, [a, b]: [f64; 2], s: [f64; 2]) -> (DVec3, DVec3) {
+    let (x, y) = axis.normalize().any_orthonormal_pair();
+    let (sin, cos) = (2.0 * PI * s[1]).sin_cos();
+    let out = x * cos + y * sin;
+    let r = (a * a + (b * b - a * a) * s[0]).max(0.0).sqrt();
+    let h = (s[0] * (a + b) / (r + a)).min(1.0);
+    let normal = (out * axis.length() - axis.normalize() * (b - a)).normalize();
+    (base + axis * h + out * (a + (b - a) * h), normal)
 }
 
 fn area_pdf(from: DVec3, point: DVec3, normal: DVec3, area: f64) -> f64 {
@@ -463,10 +515,12 @@ mod tests {
             Shape::Triangle([DVec3::new(-1.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 0.3), DVec3::new(0.0, 1.5, 0.0)]);
         let ball = Shape::Sphere { center: DVec3::new(0.2, 0.0, 0.0), radius: 0.7, inward: false };
         let room = Shape::Sphere { center: DVec3::ZERO, radius: 9.0, inward: true };
-        let disk = Shape::Disk { center: DVec3::new(0.1, 0.2, 0.0), normal: DVec3::Z, radius: 1.3 };
+        let disk = Shape::Disk { center: DVec3::new(0.1, 0.2, 0.0), normal: DVec3::Z, radius: 1.3, inner: 0.0 };
+        let ring = Shape::Disk { center: DVec3::new(0.1, 0.2, 0.0), normal: DVec3::Z, radius: 1.3, inner: 0.6 };
+        let shade = Shape::Cone { base: DVec3::new(0.2, 0.1, -2.0), axis: DVec3::Z, radii: [0.9, 0.2], inward: false };
         let (base, axis) = (DVec3::new(0.2, 0.1, -2.0), DVec3::new(0.3, 0.0, 1.5));
         let tube = Shape::Cylinder { base, axis, radius: 0.4, inward: false };
-        [quad, triangle, ball, room, disk, tube].into_iter().map(|shape| Emitter::new(0, shape)).collect()
+        [quad, triangle, ball, room, disk, tube, ring, shade].into_iter().map(|shape| Emitter::new(0, shape)).collect()
     }
 
     /// Irradiance from unit radiance by aiming equals the integral over a fine grid of the area.
@@ -526,10 +580,19 @@ mod tests {
                         let out = DVec3::new(r * phi.cos(), r * phi.sin(), z);
                         (*center + out * *radius, if *inward { -out } else { out })
                     }
-                    Shape::Disk { center, normal, radius } => {
+                    Shape::Disk { center, normal, radius, inner } => {
                         let (x, y) = normal.any_orthonormal_pair();
-                        let (r, phi) = (radius * s.sqrt(), 2.0 * PI * t);
+                        let (r, phi) = ((inner * inner * (1.0 - s) + radius * radius * s).sqrt(), 2.0 * PI * t);
                         (*center + x * (r * phi.cos()) + y * (r * phi.sin()), *normal)
+                    }
+                    // Rings of equal area, by cutting the whole cone from its apex.
+                    Shape::Cone { base, axis, radii: [a, b], .. } => {
+                        let (x, y) = axis.normalize().any_orthonormal_pair();
+                        let (sin, cos) = (2.0 * PI * t).sin_cos();
+                        let r = (a * a + (b * b - a * a) * s).sqrt();
+                        let (out, h) = (x * cos + y * sin, (r - a) / (b - a));
+                        let tilt = (out * axis.length() - axis.normalize() * (b - a)).normalize();
+                        (*base + *axis * h + out * r, tilt)
                     }
                     Shape::Cylinder { base, axis, radius, inward } => {
                         let (x, y) = axis.normalize().any_orthonormal_pair();

@@ -3,6 +3,7 @@
 pub mod angular;
 pub mod area;
 pub mod disk;
+pub mod distant;
 pub mod environment;
 pub mod luminaire;
 pub mod picture;

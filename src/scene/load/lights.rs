@@ -12,16 +12,17 @@ use crate::keys::Keys;
 use crate::material::read::spectrum;
 use crate::photometry::ies::Photometry;
 use crate::scene::light::angular::{About, Angular};
+use crate::scene::light::distant::{Cap, Distant};
 use crate::scene::light::environment::{Surround, Uniform};
 use crate::scene::light::luminaire::Luminaire;
 use crate::scene::light::picture::Panorama;
 use crate::scene::light::point::{Distribution, Isotropic, Spot};
 use crate::scene::light::polarised::Polarised;
 use crate::scene::light::sky::{Axes, Clear, General};
-use crate::scene::light::{Emitter, Environment, Lamp, Point, Sun};
+use crate::scene::light::{Emitter, Environment, Lamp, MOST_PARTS, Point, Sun};
 use crate::scene::load::point;
 use crate::scene::{Frame, Light};
-use crate::sky::{place, sun, sun_radiance};
+use crate::sky::{RadianceSky, place, sun, sun_radiance};
 use crate::spectral::key::SpectrumKey;
 use crate::spectral::{Observer, Spectrum, planck};
 use crate::units::K_M;
@@ -161,13 +162,62 @@ pub fn read_environment(mut k: Keys, folder: &Path) -> Result<Option<LightKey>> 
             let basis = Uplift::new()?.lights().to_vec();
             stated(name, k, basis, Place::Environment(Box::new(picture), PI, up)).map(Some)
         }
+        Some("distant") => {
+            let (basis, distant) = distant(&mut k, up, folder)?;
+            stated(name, k, basis, Place::Environment(Box::new(distant), PI, up)).map(Some)
+        }
         Some(other) => {
             let shown = crate::error::printable(other.as_bytes());
             let span = kind.as_ref().map_or(0..0, |k| k.1.clone());
-            let message = format!("no environment '{shown}'; there are uniform, cie, clear, picture");
+            let message = format!("no environment '{shown}'; there are uniform, cie, clear, picture, distant");
             Err(k.wrong_key("type", span, &message))
         }
     }
+}
+
+/// The parts of `type = "distant"`, and their spectra in W/sr/m2/nm.
+fn distant(k: &mut Keys, up: DVec3, folder: &Path) -> Result<(Vec<Spectrum>, Distant)> {
+    let observer = Observer::cie1931()?;
+    let (mut spectra, mut caps) = (Vec::new(), Vec::new());
+    let parts = k.array("part")?;
+    if parts.is_empty() || parts.len() > MOST_PARTS {
+        return Err(k.wrong(&format!("part: expected 1 to {MOST_PARTS} tables [[environment.part]]")));
+    }
+    for mut part in parts {
+        let toward = direction(&mut part, "toward")?;
+        let right = "must be above 0 and at most 360";
+        let angle_deg = part.number("angle_deg", right, |x| x > 0.0 && x <= 360.0)?.unwrap_or(180.0);
+        let luminance = part.number("luminance", "must be above 0 and below 1e30", |x| x > 0.0 && x < 1e30)?;
+        let luminance = luminance.ok_or_else(|| part.wrong("key 'luminance' is missing"))?;
+        let spectrum = spectrum(&mut part, "spectrum", folder)?;
+        let (spectrum, span) = spectrum.ok_or_else(|| part.wrong("key 'spectrum' is missing"))?;
+        let (low, y) = (spectrum.range().0, observer.integrate(&spectrum)[1]);
+        if low < 0.0 || y <= 0.0 {
+            return Err(part.wrong_key("spectrum", span, "light must be positive, and some of it visible"));
+        }
+        let sky = radiance_sky(&mut part)?;
+        spectra.push(spectrum.scaled(luminance / (K_M * y)));
+        caps.push((Cap::new(toward, angle_deg, sky), luminance));
+        part.finish()?;
+    }
+    Ok((spectra, Distant::new(caps, up).map_err(|e| k.wrong(&e.to_string()))?))
+}
+
+/// `gensky` or `gendaylit`, the arguments of Radiance's function, with `sky_up`, where these have their zenith.
+fn radiance_sky(k: &mut Keys) -> Result<Option<RadianceSky>> {
+    let both =
+        [("gensky", k.get_spanned::<Vec<f64>>("gensky")?), ("gendaylit", k.get_spanned::<Vec<f64>>("gendaylit")?)];
+    let zenith = k.get::<[f64; 3]>("sky_up")?.unwrap_or([0.0, 0.0, 1.0]);
+    let mut found = None;
+    for (key, given) in both {
+        let Some((numbers, span)) = given else { continue };
+        let sky = if key == "gensky" { RadianceSky::gensky(&numbers) } else { RadianceSky::gendaylit(&numbers) };
+        let sky = sky.and_then(|sky| sky.with_zenith(zenith)).map_err(|e| k.wrong_key(key, span, &e.to_string()))?;
+        if found.replace(sky).is_some() {
+            return Err(k.wrong("give gensky or gendaylit, not both"));
+        }
+    }
+    Ok(found)
 }
 
 /// A sky with its polarization, where `polarization` says the most of it.

@@ -101,7 +101,8 @@ pub(super) fn read(
                 return Err(k.wrong("normal: has no length"));
             }
             let radius = radius(&mut k, metres)?;
-            add.solid(Shape::Disk { center, normal, radius });
+            let inner = inner_radius(&mut k, metres, radius)?;
+            add.solid(Shape::Disk { center, normal, radius, inner });
         }
         "cylinder" => {
             let (base, top) = (point(&mut k, "base")? * metres, point(&mut k, "top")? * metres);
@@ -112,11 +113,22 @@ pub(super) fn read(
             let inward = k.get("inward")?.unwrap_or(false);
             add.solid(Shape::Cylinder { base, axis: top - base, radius, inward });
         }
+        "cone" => {
+            let cone = cone(&mut k, metres)?;
+            add.solid(cone);
+        }
+        "polygon" => {
+            let (points, span) =
+                k.get_spanned::<Vec<[f64; 3]>>("points")?.ok_or_else(|| k.wrong("key 'points' is missing"))?;
+            let points = points.into_iter().map(|p| DVec3::from(p) * metres).collect();
+            add.polygon(points).map_err(|e| k.wrong_key("points", span, &e))?;
+        }
         "mesh" => read_mesh(&mut k, metres, folder, names, &mut add)?,
         other => {
             let other = crate::error::printable(other.as_bytes());
-            let message =
-                format!("no shape '{other}'; there are quad, triangle, box, sphere, disk, cylinder, mesh, instance");
+            let message = format!(
+                "no shape '{other}'; there are quad, triangle, polygon, box, sphere, disk, cylinder, cone, mesh, instance"
+            );
             return Err(k.wrong_key("type", span, &message));
         }
     }
@@ -127,6 +139,28 @@ fn radius(k: &mut Keys, metres: f64) -> Result<f64> {
     let positive = |x: f64| x > 0.0 && x < 1e9;
     let radius = k.number("radius", "must be above 0", positive)?;
     Ok(radius.ok_or_else(|| k.wrong("key 'radius' is missing"))? * metres)
+}
+
+/// The hole of a disk, which makes it a ring.
+fn inner_radius(k: &mut Keys, metres: f64, radius: f64) -> Result<f64> {
+    let inner = k.number("inner_radius", "must be from 0 to below radius", |x| x >= 0.0 && x * metres < radius)?;
+    Ok(inner.unwrap_or(0.0) * metres)
+}
+
+/// A frustum: `radius` at its base, `top_radius` (0: it ends in a point) at its top.
+fn cone(k: &mut Keys, metres: f64) -> Result<Shape> {
+    let (base, top) = (point(k, "base")? * metres, point(k, "top")? * metres);
+    if base == top {
+        return Err(k.wrong("base and top are one point"));
+    }
+    let size = |x: f64| (0.0..1e9).contains(&x);
+    let radius = k.number("radius", "must be from 0", size)?.ok_or_else(|| k.wrong("key 'radius' is missing"))?;
+    let top_radius = k.number("top_radius", "must be from 0", size)?.unwrap_or(0.0);
+    if radius + top_radius <= 0.0 {
+        return Err(k.wrong("radius and top_radius: one must be above 0"));
+    }
+    let inward = k.get("inward")?.unwrap_or(false);
+    Ok(Shape::Cone { base, axis: top - base, radii: [radius * metres, top_radius * metres], inward })
 }
 
 /// A uniform scale.
@@ -206,6 +240,26 @@ impl Adder<'_> {
         check_triangle(p)?;
         self.solid(Shape::Triangle(p));
         Ok(())
+    }
+
+    /// A flat outline of three corners or more, bent as it likes; one with holes goes to them and back along one line.
+    fn polygon(&mut self, points: Vec<DVec3>) -> Result<(), String> {
+        let mut points = points;
+        points.dedup();
+        if points.len() > 1 && points.first() == points.last() {
+            points.pop();
+        }
+        if points.len() < 3 {
+            return Err(format!("a polygon needs 3 corners or more, got {}", points.len()));
+        }
+        if points.iter().any(|p| !p.is_finite() || p.abs().max_element() >= 1e9) {
+            return Err("a corner is not finite or beyond 1e9 m".into());
+        }
+        let triangles = mesh::polygon::cut(&points)?;
+        if triangles.is_empty() {
+            return Err("the corners enclose no area".into());
+        }
+        triangles.iter().try_for_each(|t| self.triangle(t.map(|i| points[i])))
     }
 
     /// A rectangle is one surface, another quad triangles 0 1 2 and 0 2 3.

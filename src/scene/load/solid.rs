@@ -59,6 +59,10 @@ fn around(shape: &Shape) -> [DVec3; 2] {
             let [low, high] = hull([*base, *base + *axis]);
             [low - *radius, high + *radius]
         }
+        Shape::Cone { base, axis, radii: [a, b], .. } => {
+            let top = *base + *axis;
+            hull([*base - *a, *base + *a, top - *b, top + *b])
+        }
     }
 }
 
@@ -72,8 +76,12 @@ pub(super) fn placed(shape: &Shape, frame: &Frame) -> Shape {
         Shape::Sphere { center, radius, inward } => {
             Shape::Sphere { center: place(*center), radius: radius * scale, inward: *inward }
         }
-        Shape::Disk { center, normal, radius } => {
-            Shape::Disk { center: place(*center), normal: *normal, radius: radius * scale }
+        Shape::Disk { center, normal, radius, inner } => {
+            Shape::Disk { center: place(*center), normal: *normal, radius: radius * scale, inner: inner * scale }
+        }
+        Shape::Cone { base, axis, radii, inward } => {
+            let radii = radii.map(|r| r * scale);
+            Shape::Cone { base: place(*base), axis: *axis * scale, radii, inward: *inward }
         }
         Shape::Cylinder { base, axis, radius, inward } => {
             Shape::Cylinder { base: place(*base), axis: *axis * scale, radius: radius * scale, inward: *inward }
@@ -91,14 +99,18 @@ pub(super) fn primitive(shape: &Shape, frame: &Frame) -> Primitive {
         Shape::Sphere { center, radius, inward } => {
             Primitive::Sphere { center: center.as_vec3a(), radius: radius as f32, inward }
         }
-        Shape::Disk { center, normal, radius } => Primitive::Disk {
+        Shape::Disk { center, normal, radius, inner } => Primitive::Disk {
             center: center.as_vec3a(),
             normal: normal.as_vec3a(),
             radius: radius as f32,
-            inner_radius: 0.0,
+            inner_radius: inner as f32,
         },
         Shape::Cylinder { base, axis, radius, inward } => {
             Primitive::Cylinder { base: base.as_vec3a(), axis: axis.as_vec3a(), radius: radius as f32, inward }
+        }
+        Shape::Cone { base, axis, radii, inward } => {
+            let radii = radii.map(|r| r as f32);
+            Primitive::Cone { base: base.as_vec3a(), axis: axis.as_vec3a(), radii, inward }
         }
     }
 }

@@ -20,7 +20,7 @@ mod check;
 pub mod gltf;
 pub mod obj;
 pub mod ply;
-mod polygon;
+pub(crate) mod polygon;
 pub mod shape;
 mod smooth;
 

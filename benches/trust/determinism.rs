@@ -1,0 +1,178 @@
+//! Equal input, equal bytes: whatever the threads, from run to run, from a pipe as from a file, in bands of rows, in one process or many.
+
+use std::fs;
+use std::path::Path;
+
+use crate::run::{Demands, machine, root, shell};
+use crate::subjects::{self, toml_text};
+
+/// Runs all of it and prints a table.
+pub fn section(demands: &mut Demands) -> std::io::Result<()> {
+    println!("## Determinism\n\n{}\n\n| what | compared | differ |\n|---|---|---|", machine());
+    let folder = tempfile::tempdir()?;
+    subjects::prepare(folder.path(), 100)?;
+    row("every program on 1, 2, 3 and 7 threads, and again", demands, |d| programs(folder.path(), d))?;
+    row("every picture filter from a pipe, and kept in a file", demands, |d| piped(folder.path(), d))?;
+    row("every method of rendering on 1, 2 and 3 threads", demands, |d| methods(folder.path(), d))?;
+    row("bands of rows, joined", demands, |d| bands(folder.path(), d))?;
+    row("pipelines: in one process, by the shell, by make, in four parts", demands, |d| fused(folder.path(), d))
+}
+
+fn row(
+    what: &str,
+    demands: &mut Demands,
+    work: impl FnOnce(&mut Demands) -> std::io::Result<usize>,
+) -> std::io::Result<()> {
+    let before = demands.total();
+    let compared = work(demands)?;
+    println!("| {what} | {compared} | {} |", demands.total() - before);
+    Ok(())
+}
+
+/// Runs commands that each leave the file `result`; all are equal to the first.
+fn equal(what: &str, commands: &[String], folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+    let mut first: Option<Vec<u8>> = None;
+    for command in commands {
+        let _ = fs::remove_file(folder.join("result"));
+        let ended = shell(command, folder)?;
+        let bytes = fs::read(folder.join("result")).unwrap_or_default();
+        if ended.status != 0 || bytes.is_empty() {
+            demands.broken(&format!("{what}: status {}: {}", ended.status, ended.stderr.trim()), command);
+        } else if first.as_ref().is_some_and(|f| *f != bytes) {
+            demands.broken(&format!("{what}: other bytes"), &format!("{command}\nunlike\n{}", commands[0]));
+        }
+        first.get_or_insert(bytes);
+    }
+    Ok(commands.len().saturating_sub(1))
+}
+
+fn programs(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+    let mut compared = 0;
+    for s in subjects::all().iter().filter(|s| s.streams) {
+        let work = s.command(s.input, "result", folder)?;
+        let commands: Vec<String> = [1, 2, 3, 7, 2].iter().map(|n| format!("{work} --quiet --threads {n}")).collect();
+        compared += equal(s.program, &commands, folder, demands)?;
+    }
+    Ok(compared)
+}
+
+fn piped(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+    let mut compared = 0;
+    for s in subjects::all().iter().filter(|s| s.input.ends_with(".lux") && !s.pipeline) {
+        let input = if s.program == "pplot" { "/dev/stdin" } else { "-" };
+        let (file, pipe) = (s.command(s.input, "result", folder)?, s.command(input, "result", folder)?);
+        let stdout = s.command(s.input, "-", folder)?;
+        let commands = [
+            format!("{file} --quiet"),
+            format!("cat {} | {pipe} --quiet", s.input),
+            format!("cat {} | {pipe} --quiet --memory 1k", s.input),
+            format!("{stdout} --quiet > result"),
+        ];
+        // What is held as a whole is refused beyond --memory by those that say so.
+        let held = ["falsecolor", "plocal", "pglare"].contains(&s.program);
+        let commands: Vec<String> = commands.into_iter().filter(|c| !held || !c.contains("--memory")).collect();
+        compared += equal(&format!("{} from a pipe", s.program), &commands, folder, demands)?;
+    }
+    Ok(compared)
+}
+
+/// Options of each way to render, small.
+const METHODS: [&str; 10] = [
+    "--method path",
+    "--method path --error 0.1",
+    "--method local",
+    "--method radiosity --divide 2",
+    "--method radiosity --divide 2 --show gather",
+    "--method photon --photons 5000",
+    "--method photon --photons 5000 --show gather",
+    "--tolerance 1",
+    "--quantity spectrum",
+    "--per-light",
+];
+
+fn methods(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+    let (fog, skin) = (root().join("scenes/fogbox.toml"), root().join("scenes/fluorescence.toml"));
+    let mut works: Vec<String> = METHODS.iter().map(|m| format!("{m} --width 32 scene.toml")).collect();
+    for method in ["path", "march", "zonal --zones 4", "photon --photons 3000"] {
+        works.push(format!("--method {method} --width 24 {}", fog.display()));
+    }
+    works.push(format!("--width 24 {}", skin.display()));
+    let mut compared = 0;
+    for work in works {
+        let command = |n: usize| format!("spectrace --quiet --samples 4 --bands 8 --threads {n} {work} result");
+        // A plan has wavelengths of its own, an error needs paths to be told from.
+        let command = |n: usize| {
+            if work.contains("--error") { command(n).replace("samples 4", "samples 64") } else { command(n) }
+        };
+        let command =
+            |n: usize| if work.contains("--tolerance") { command(n).replace("--bands 8 ", "") } else { command(n) };
+        compared += equal(&format!("spectrace {work}"), &[1, 2, 3].map(command), folder, demands)?;
+    }
+    Ok(compared)
+}
+
+fn bands(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+    let mut compared = 0;
+    for work in [
+        "scene.toml",
+        "--method photon --photons 2000 scene.toml",
+        "--method radiosity --divide 2 scene.toml",
+        "--per-light scene.toml",
+        "--quantity spectrum scene.toml",
+    ] {
+        let render = format!("spectrace --quiet --width 30 --height 31 --samples 4 --bands 8 {work}");
+        let split = |at: &[usize]| {
+            let ends: Vec<usize> = [&[0], at, &[31]].concat();
+            let parts: Vec<String> =
+                ends.windows(2).map(|w| format!("{render} b{}.lux --rows {}:{}", w[0], w[0], w[1])).collect();
+            let names: Vec<String> = ends[..ends.len() - 1].iter().map(|e| format!("b{e}.lux")).collect();
+            format!("{} && pjoin {} -o result", parts.join(" && "), names.join(" "))
+        };
+        let commands = [format!("{render} result"), split(&[16]), split(&[1, 2, 30]), split(&[7, 13, 20, 29])];
+        compared += equal(&format!("rows of {work}"), &commands, folder, demands)?;
+    }
+    Ok(compared)
+}
+
+fn fused(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+    let render = |rest: &str| {
+        format!("[[stage]]\nrun = \"spectrace\"\nscene = \"scene.toml\"\nwidth = 33\nsamples = 4\nbands = 8\n{rest}")
+    };
+    let stage = |name: &str, keys: &str| format!("[[stage]]\nrun = \"{name}\"\n{keys}");
+    let result = format!("output = {}\n", toml_text("result"));
+    let read = "[[stage]]\nrun = \"vonkries\"\nfrom = \"A\"\ninput = \"xyz.lux\"\n";
+    let files = [
+        render("")
+            + &stage("vonkries", "")
+            + &stage("pcond", "")
+            + &stage("xyz2rgb", "gamut = \"desaturate\"\n")
+            + &stage("ra_png", &result),
+        render("save = \"master.exr\"\n") + &stage("vonkries", "to = \"D50\"\n") + &stage("ra_loglv", &result),
+        read.to_string()
+            + &stage("pcond", "human = true\n")
+            + &stage("xyz2rgb", "gamut = \"compress\"\n")
+            + &stage("ra_png", &("bits = 16\n".to_string() + &result)),
+        read.to_string()
+            + &stage("plocal", "")
+            + &stage("xyz2rgb", "")
+            + &stage("ra_png", &("dither = true\n".to_string() + &result)),
+        read.to_string() + &stage("ra_exr", &("compression = \"piz\"\n".to_string() + &result)),
+        read.to_string() + &stage("falsecolor", "log = 3\n") + &stage("ra_png", &result),
+        read.to_string() + &stage("spec2xyz", "") + &stage("ra_rgbe", &result),
+        render("") + &stage("ra_pixlog", &result),
+    ];
+    let mut compared = 0;
+    for (i, text) in files.iter().enumerate() {
+        fs::write(folder.join("fused.toml"), text)?;
+        let parts = if text.contains("spectrace") { "--parts 4" } else { "" };
+        let commands = [
+            "luxpipe --quiet fused.toml".to_string(),
+            "luxpipe --quiet --threads 1 fused.toml".into(),
+            "luxpipe --quiet --threads 3 fused.toml".into(),
+            "luxpipe --shell fused.toml > line && sh -e line 2> /dev/null".into(),
+            format!("luxpipe --make {parts} fused.toml > fused.mk && make -s -j2 -f fused.mk 2> /dev/null"),
+        ];
+        compared += equal(&format!("pipeline {i}"), &commands, folder, demands)?;
+    }
+    Ok(compared)
+}
