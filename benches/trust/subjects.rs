@@ -95,7 +95,7 @@ pub fn prepare(folder: &Path, side: usize) -> std::io::Result<()> {
         ("palettes/office.toml", "office.toml"),
         ("tests/data/display_readings.csv", "readings.csv"),
         ("tests/data/capture/a.jpg", "shot.jpg"),
-        ("tests/data/rad/desk.rad", "desk.rad"),
+        ("tests/data/rad/sky.rad", "sky.rad"),
     ];
     copies.iter().try_for_each(|(from, to)| fs::copy(root().join(from), folder.join(to)).map(drop))
 }
@@ -128,7 +128,7 @@ pub fn all() -> Vec<Subject> {
         subject("ra_pixlog", "{in} {out}", "xyz.lux"),
         subject("ra_png", "{in} {out}", "shown.lux"),
         subject("ra_rgbe", "{in} {out}", "xyz.lux"),
-        subject("rad2scene", "{in} -o {out}", "desk.rad"),
+        subject("rad2scene", "{in} -o {out}", "sky.rad"),
         subject("relight", "scene.toml {in} {out}", "layers.lux"),
         subject("spec2xyz", "{in} {out}", "xyz.lux"),
         subject("specmat", "{in} {out}", "office.toml"),

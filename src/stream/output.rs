@@ -35,6 +35,27 @@ enum Beside {
     Named(Box<NamedTempFile>),
 }
 
+/// A new file beside the final one, which has a name until then.
+fn named_in(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
+    }
+    builder.tempfile_in(folder)
+}
+
+/// The same bytes under a name.
+#[cfg(target_os = "linux")]
+fn copied(mut from: &File, folder: &Path) -> io::Result<NamedTempFile> {
+    let mut to = named_in(folder)?;
+    from.seek(SeekFrom::Start(0))?;
+    io::copy(&mut from, &mut to)?;
+    Ok(to)
+}
+
 impl Beside {
     fn create(folder: &Path) -> io::Result<Beside> {
         #[cfg(target_os = "linux")]
@@ -48,14 +69,7 @@ impl Beside {
                 return Ok(Beside::Unnamed(File::from(file)));
             }
         }
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(PREFIX);
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
-        }
-        builder.tempfile_in(folder).map(Box::new).map(Beside::Named)
+        named_in(folder).map(Box::new).map(Beside::Named)
     }
 
     fn file(&self) -> &File {
@@ -74,12 +88,19 @@ impl Beside {
                 use rustix::fs::{AtFlags, CWD};
                 use std::os::fd::AsRawFd;
                 let own = format!("/proc/self/fd/{}", file.as_raw_fd());
-                // A link cannot replace a file, renaming one can; a name that somebody left is tried once only.
+                let link = |name: &Path| rustix::fs::linkat(CWD, &own, CWD, name, AtFlags::SYMLINK_FOLLOW);
+                if link(path).is_ok() {
+                    return Ok(());
+                }
+                // A link cannot replace a file; renaming one can.
                 let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-                let named = tempfile::Builder::new().prefix(PREFIX).make_in(folder, |name| {
-                    rustix::fs::linkat(CWD, &own, CWD, name, AtFlags::SYMLINK_FOLLOW).map_err(io::Error::from)
-                })?;
-                named.persist(path).map_err(|e| e.error)
+                let mut builder = tempfile::Builder::new();
+                builder.prefix(PREFIX);
+                match builder.make_in(folder, |name| link(name).map_err(io::Error::from)) {
+                    Ok(named) => named.persist(path).map_err(|e| e.error),
+                    // Where links are not to be had either.
+                    Err(_) => copied(&file, folder)?.persist(path).map(drop).map_err(|e| e.error),
+                }
             }
             #[cfg(not(target_os = "linux"))]
             Beside::Unnamed(_) => Err(io::ErrorKind::Unsupported.into()),

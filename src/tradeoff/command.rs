@@ -131,6 +131,9 @@ impl Tradeoff {
         let wanted = self.wanted()?;
         let programs = Programs::beside(self.run.threads)?;
         let references = self.references.clone().unwrap_or_else(|| self.out.join("references"));
+        for scene in &self.scenes {
+            crate::files::open(scene).map_err(|e| Error::io(printable(scene.as_os_str().as_encoded_bytes()), e))?;
+        }
         std::fs::create_dir_all(&self.out).map_err(|e| Error::io(self.out.display().to_string(), e))?;
         let folder =
             tempfile::tempdir_in(&self.run.tmp).map_err(|e| Error::io(self.run.tmp.display().to_string(), e))?;
