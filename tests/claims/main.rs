@@ -312,7 +312,10 @@ fn exists(command: &str) -> bool {
             let makefile = std::fs::read_to_string(root().join("Makefile")).unwrap();
             makefile.lines().any(|l| l.starts_with(&format!("{target}:")))
         }
-        ["cargo", "test", "--test", name, ..] => root().join(format!("tests/{name}.rs")).is_file(),
+        ["cargo", "test", "--test", name, ..] => {
+            let places = [format!("tests/{name}.rs"), format!("tests/{name}/main.rs")];
+            places.iter().any(|place| root().join(place).is_file())
+        }
         [name, ..] => root().join(format!("src/bin/{name}.rs")).is_file(),
         [] => false,
     }
