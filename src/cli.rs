@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 
-use crate::error::is_deceptive;
+use crate::error::harmless;
 use crate::filter::{self, Filter, Stage};
 use crate::notes::Notes;
 use crate::options::one_line;
@@ -53,7 +53,7 @@ const FAILURE: &str = "\x1b[1;31m";
 /// is set.
 fn say(name: &str, message: &str, colour: &str) {
     use std::io::{IsTerminal, Write};
-    let line: String = message.chars().map(|c| if is_deceptive(c) { ' ' } else { c }).collect();
+    let line = harmless(message, ' ');
     let coloured = std::io::stderr().is_terminal()
         && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
         && std::env::var_os("TERM").is_none_or(|t| t != "dumb");

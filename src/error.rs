@@ -85,6 +85,11 @@ pub fn is_deceptive(c: char) -> bool {
         || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
+/// The whole text with such characters replaced.
+pub fn harmless(text: &str, by: char) -> String {
+    text.chars().map(|c| if is_deceptive(c) { by } else { c }).collect()
+}
+
 /// A text from outside, safe to print on one line of a terminal: control characters as `\xNN`, cut at 80 characters.
 ///
 /// ```

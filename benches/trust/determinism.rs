@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::run::{Demands, machine, root, shell};
+use crate::run::{Demands, machine, root, row, shell};
 use crate::subjects::{self, toml_text};
 
 /// Runs all of it and prints a table.
@@ -16,17 +16,6 @@ pub fn section(demands: &mut Demands) -> std::io::Result<()> {
     row("every method of rendering on 1, 2 and 3 threads", demands, |d| methods(folder.path(), d))?;
     row("bands of rows, joined", demands, |d| bands(folder.path(), d))?;
     row("pipelines: in one process, by the shell, by make, in four parts", demands, |d| fused(folder.path(), d))
-}
-
-fn row(
-    what: &str,
-    demands: &mut Demands,
-    work: impl FnOnce(&mut Demands) -> std::io::Result<usize>,
-) -> std::io::Result<()> {
-    let before = demands.total();
-    let compared = work(demands)?;
-    println!("| {what} | {compared} | {} |", demands.total() - before);
-    Ok(())
 }
 
 /// Runs commands that each leave the file `result`; all are equal to the first.

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::escapes;
-use crate::run::{Demands, Ended, filter, machine, path, program, run, shell};
+use crate::run::{Demands, Ended, filter, machine, path, program, row, run, shell};
 use crate::subjects::{self, Subject, toml_text};
 
 /// Stems of names.
@@ -52,18 +52,6 @@ pub fn section(demands: &mut Demands) -> std::io::Result<()> {
     row("escapes in other codings' texts", demands, |d| escapes::codings(folder.path(), d))?;
     row("escapes in scenes, tables, pipelines and arguments", demands, |d| escapes::texts(folder.path(), d))?;
     row("markup in pages and charts", demands, |d| escapes::markup(folder.path(), d))
-}
-
-/// One row: what was tried and how often a demand was broken.
-fn row(
-    what: &str,
-    demands: &mut Demands,
-    work: impl FnOnce(&mut Demands) -> std::io::Result<usize>,
-) -> std::io::Result<()> {
-    let before = demands.total();
-    let tried = work(demands)?;
-    println!("| {what} | {tried} | {} |", demands.total() - before);
-    Ok(())
 }
 
 /// Was a command run, or does a line for the eye hold what a terminal obeys?

@@ -260,3 +260,15 @@ impl Random {
         (self.next() >> 11) as usize % n.max(1)
     }
 }
+
+/// One row: what was tried and how often a demand was broken.
+pub fn row(
+    what: &str,
+    demands: &mut Demands,
+    work: impl FnOnce(&mut Demands) -> std::io::Result<usize>,
+) -> std::io::Result<()> {
+    let before = demands.total();
+    let tried = work(demands)?;
+    println!("| {what} | {tried} | {} |", demands.total() - before);
+    Ok(())
+}

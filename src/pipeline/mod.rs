@@ -59,7 +59,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 
 use crate::display::Display;
-use crate::error::{is_deceptive, printable};
+use crate::error::{harmless, printable};
 use crate::filter;
 use crate::filters::Intent;
 use crate::notes::Notes;
@@ -194,8 +194,7 @@ pub fn run(args: &Luxpipe, notes: &Notes) -> Result<()> {
 /// The words of this command, for the head of what it prints.
 fn arguments() -> String {
     let words: Vec<OsString> = std::env::args_os().skip(1).collect();
-    let plain =
-        |w: &OsString| quote(&w.to_string_lossy()).chars().map(|c| if is_deceptive(c) { ' ' } else { c }).collect();
+    let plain = |w: &OsString| harmless(&quote(&w.to_string_lossy()), ' ');
     words.iter().map(plain).collect::<Vec<String>>().join(" ")
 }
 
@@ -207,13 +206,13 @@ fn described(job: &Job, args: &Luxpipe) -> Result<String> {
         list.join(", ")
     };
     let needs = job.needs(&args.pipeline)?;
-    let state = match (targets.is_empty(), job.is_done(&args.pipeline)?) {
+    let state = match (targets.is_empty(), job.is_as_new_as(&needs)) {
         (true, _) => "writes standard output".to_string(),
         (_, true) if args.resume => format!("is done: {}", shown(&targets)),
         (_, true) => format!("is done, and would be done again: {}", shown(&targets)),
         (_, false) => format!("would write {}", shown(&targets)),
     };
-    let plain = |text: &str| text.chars().map(|c| if is_deceptive(c) { '?' } else { c }).collect::<String>();
+    let plain = |text: &str| harmless(text, '?');
     let name = if job.set.is_empty() { String::new() } else { format!("{}: ", plain(&job.name())) };
     Ok(format!("{name}{state}\n    from {}\n    by {}\n", shown(&needs.files), plain(&shell::command(&job.tree))))
 }

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::recipe::Job;
+use super::run::folders;
 use super::tree::{Node, Work};
 use crate::filter::Stage;
 use crate::options::{FormatOptions, quote};
@@ -77,12 +78,7 @@ pub fn from_bands(tree: Node, bands: &[PathBuf]) -> Result<Node> {
 
 /// The command, in folders that are there.
 pub fn in_folders(files: &[PathBuf], command: String) -> String {
-    let mut folders: Vec<String> = files
-        .iter()
-        .filter_map(|f| f.parent())
-        .filter(|f| *f != Path::new(""))
-        .map(|f| quote(&f.display().to_string()))
-        .collect();
+    let mut folders: Vec<String> = folders(files).map(|f| quote(&f.display().to_string())).collect();
     folders.sort();
     folders.dedup();
     if folders.is_empty() { command } else { format!("mkdir -p {} && {command}", folders.join(" ")) }

@@ -106,11 +106,7 @@ impl Recipe {
         let mut written = BTreeSet::new();
         for (job, path) in jobs.iter().flat_map(|j| j.tree.files_written().into_iter().map(move |p| (j, p))) {
             if !written.insert(path.clone()) {
-                return invalid!(
-                    "{}: two jobs write {}; put a variable into its name",
-                    job.set.join(", "),
-                    path.display()
-                );
+                return invalid!("{}: two jobs write {}; put a variable into its name", job.name(), path.display());
             }
         }
         Ok(jobs)
@@ -181,10 +177,22 @@ impl Job {
 
     /// True where all files that it leaves are there, and none is older than what it is made of.
     pub fn is_done(&self, pipeline: &Path) -> Result<bool> {
-        let time = |p: &PathBuf| fs::metadata(p).and_then(|m| m.modified()).ok();
-        let targets = self.targets();
-        let Some(made) = targets.iter().map(time).collect::<Option<Vec<SystemTime>>>() else { return Ok(false) };
-        let Some(oldest) = made.into_iter().min() else { return Ok(false) };
-        Ok(self.needs(pipeline)?.files.iter().all(|f| time(f).is_some_and(|t| t <= oldest)))
+        // Without the first there is no need to look.
+        Ok(self.made().is_some() && self.is_as_new_as(&self.needs(pipeline)?))
     }
+
+    /// The same where it is known what it is made of.
+    pub fn is_as_new_as(&self, needs: &Needs) -> bool {
+        self.made().is_some_and(|made| needs.files.iter().all(|f| modified(f).is_some_and(|t| t <= made)))
+    }
+
+    /// When the oldest of its files was made; `None` where one is missing, or it leaves none.
+    fn made(&self) -> Option<SystemTime> {
+        let times = self.targets().iter().map(modified).collect::<Option<Vec<_>>>()?;
+        times.into_iter().min()
+    }
+}
+
+fn modified(path: &PathBuf) -> Option<SystemTime> {
+    fs::metadata(path).and_then(|m| m.modified()).ok()
 }

@@ -1,7 +1,7 @@
 //! Runs a tree of stages in this process, without pipes: a stage asks the one before it for rows. What several read is handed to all of
 //! them, the last in the thread that asks, the others in threads of their own.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
@@ -134,9 +134,14 @@ impl Picture for Copy {
     }
 }
 
+/// The folders that files lie in, as often as they do.
+pub fn folders(files: &[PathBuf]) -> impl Iterator<Item = &Path> {
+    files.iter().filter_map(|f| f.parent()).filter(|f| *f != Path::new(""))
+}
+
 /// Makes the folders that files lie in.
-pub fn make_folders(files: &[std::path::PathBuf]) -> Result<()> {
-    for folder in files.iter().filter_map(|f| f.parent()).filter(|f| *f != Path::new("")) {
+pub fn make_folders(files: &[PathBuf]) -> Result<()> {
+    for folder in folders(files) {
         std::fs::create_dir_all(folder).map_err(|e| Error::io(folder.display().to_string(), e))?;
     }
     Ok(())

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::parts::Step;
 use super::shell;
-use crate::error::is_deceptive;
+use crate::error::harmless;
 use crate::options::installed;
 use crate::{Result, invalid};
 
@@ -21,7 +21,7 @@ pub fn snakefile(arguments: &str, jobs: &[Vec<Step>]) -> Result<String> {
     let all: Vec<PathBuf> = last.flat_map(|s| s.targets.clone()).collect();
     let _ = writeln!(text, "\nrule all:\n    input:\n{}", list(&all)?);
     for (n, step) in jobs.iter().flatten().enumerate() {
-        let comment: String = step.name.chars().map(|c| if is_deceptive(c) { ' ' } else { c }).collect();
+        let comment = harmless(&step.name, ' ');
         let _ = writeln!(text, "\n# {comment}\nrule job_{}:", n + 1);
         let _ = writeln!(text, "    input:\n{}", list(&step.needs)?);
         let _ = writeln!(text, "    output:\n{}", list(&step.targets)?);

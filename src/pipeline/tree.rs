@@ -62,6 +62,15 @@ impl Work {
         }
     }
 
+    /// Every file it writes: the output, and those of its options.
+    fn files_written(&self) -> impl Iterator<Item = &PathBuf> {
+        let beside = match self {
+            Work::Filter(stage) => &stage.writes[..],
+            Work::Exec(_) => &[],
+        };
+        self.output().into_iter().chain(beside).filter(|p| *p != Path::new("-"))
+    }
+
     /// The picture it names.
     pub fn input(&self) -> Option<&PathBuf> {
         match self {
@@ -86,14 +95,7 @@ impl Node {
 
     /// Every file that the tree writes.
     pub fn files_written(&self) -> Vec<PathBuf> {
-        let mut files = Vec::new();
-        for node in self.all() {
-            files.extend(node.work.output().filter(|p| *p != Path::new("-")).cloned());
-            if let Work::Filter(stage) = &node.work {
-                files.extend(stage.writes.iter().cloned());
-            }
-        }
-        files
+        self.all().into_iter().flat_map(|node| node.work.files_written()).cloned().collect()
     }
 }
 
@@ -343,11 +345,7 @@ fn check(tree: &Node) -> Result<()> {
             }
             to_stdout = Some(nth);
         }
-        let own = match &node.work {
-            Work::Filter(stage) => &stage.writes[..],
-            Work::Exec(_) => &[],
-        };
-        for path in node.work.output().into_iter().chain(own).filter(|p| *p != Path::new("-")) {
+        for path in node.work.files_written() {
             if written.contains(path) {
                 return invalid!("stage {nth}, {name}: two stages write {}", path.display());
             }
