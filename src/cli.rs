@@ -22,9 +22,8 @@ pub fn main<F: Filter>() -> ExitCode {
         Ok(Err(e)) => return clap_exit(F::NAME, &e),
         Err(e) => return exit(F::NAME, Err(e), &notes, false),
     };
-    filter::prepare(&stage.run);
     let quiet = stage.run.quiet;
-    let result = stage.run(None, &notes);
+    let result = filter::prepare(&stage.run).and_then(|()| stage.run(None, &notes));
     exit(F::NAME, result, &notes, quiet)
 }
 

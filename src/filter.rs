@@ -18,7 +18,7 @@ use crate::options::{FormatOptions, OutputOptions, ReadOptions, RunOptions, file
 use crate::stream::output::Output;
 use crate::stream::writer::{self, Format};
 use crate::stream::{Block, Header, Picture, header, meaning, picture, reader};
-use crate::{Result, codec, parallel};
+use crate::{Result, codec, parallel, simd};
 
 /// One filter.
 pub trait Filter: Args + Serialize + DeserializeOwned + Default + Clone + Send + 'static {
@@ -434,6 +434,10 @@ fn take<T: Args + DeserializeOwned>(table: &mut Spanned<DeTable<'_>>) -> Result<
 }
 
 /// Sets up what is global to the process. Call once.
-pub fn prepare(run: &RunOptions) {
+///
+/// # Errors
+/// [`simd::check`].
+pub fn prepare(run: &RunOptions) -> Result<()> {
     parallel::set_threads(run.threads);
+    simd::check()
 }

@@ -7,6 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use crate::error::printable;
+use crate::notes::Notes;
 use crate::{Error, Result};
 
 /// A message about a place in a TOML text.
@@ -22,12 +23,14 @@ pub fn located(text: &str, span: Option<Range<usize>>, message: &str) -> Error {
 /// Parses a TOML text into its top table.
 pub fn parse(text: &str) -> Result<Keys<'_>> {
     let root = DeTable::parse(text).map_err(|e| located(text, e.span(), e.message()))?;
-    Ok(Keys { text, what: String::new(), span: root.span(), table: root.into_inner(), known: Vec::new() })
+    let span = root.span();
+    let notes = Notes::default();
+    Ok(Keys { text, what: String::new(), span, table: root.into_inner(), known: Vec::new(), notes })
 }
 
 /// A table inside a text, called `what` in messages.
 pub fn of_table<'a>(text: &'a str, what: &str, span: Range<usize>, table: DeTable<'a>) -> Keys<'a> {
-    Keys { text, what: what.into(), span, table, known: Vec::new() }
+    Keys { text, what: what.into(), span, table, known: Vec::new(), notes: Notes::default() }
 }
 
 /// A table being read: what is taken is gone, what is left at the end is unknown.
@@ -38,6 +41,7 @@ pub struct Keys<'a> {
     span: Range<usize>,
     table: DeTable<'a>,
     known: Vec<&'static str>,
+    notes: Notes,
 }
 
 /// A value with its place.
@@ -46,6 +50,11 @@ pub type Value<'a> = Spanned<DeValue<'a>>;
 impl<'a> Keys<'a> {
     fn path(&self, key: &str) -> String {
         if self.what.is_empty() { key.to_string() } else { format!("{}.{key}", self.what) }
+    }
+
+    /// What is noticed while the text and the files it names are read: one list for all its tables.
+    pub fn notes(&self) -> &Notes {
+        &self.notes
     }
 
     /// A complaint about the table as a whole.
@@ -134,7 +143,8 @@ impl<'a> Keys<'a> {
         let span = value.span();
         match value.into_inner() {
             DeValue::Table(table) => {
-                Ok(Keys { text: self.text, what: what.to_string(), span, table, known: Vec::new() })
+                let (text, notes) = (self.text, self.notes.clone());
+                Ok(Keys { text, what: what.to_string(), span, table, known: Vec::new(), notes })
             }
             other => {
                 Err(located(self.text, Some(span), &format!("{what}: expected a table, got {}", other.type_str())))

@@ -25,6 +25,11 @@ impl Notes {
         }
     }
 
+    /// Adds several.
+    pub fn extend(&self, notes: &[String]) {
+        notes.iter().for_each(|n| self.add(n.as_str()));
+    }
+
     /// Takes all remarks out.
     pub fn take(&self) -> Vec<String> {
         std::mem::take(&mut self.list.lock().unwrap_or_else(PoisonError::into_inner))

@@ -1,30 +1,72 @@
 //! Run-time choice of the instruction set.
 //!
 //! The default build must be fast on AVX2 and AVX-512 without flags, so hot loops are compiled once for each and picked
-//! here. Rust never fuses a multiply with an add by itself: every choice gives the same bits.
+//! here. Rust never fuses a multiply with an add by itself: every choice gives the same bits. `LUXPIPE_SIMD` chooses less than
+//! the processor has, so that this can be seen.
 
+use std::ffi::OsStr;
 use std::sync::OnceLock;
+
+use pulp::Arch;
+
+use crate::{Result, usage};
+
+/// The variable of the environment that chooses.
+const VARIABLE: &str = "LUXPIPE_SIMD";
 
 /// Runs `f` compiled for the widest instruction set this processor has. `f` and what it calls must be inlined
 /// (`#[inline(always)]`), or they stay compiled for the baseline.
 #[inline(always)]
 pub fn wide<R>(f: impl FnOnce() -> R) -> R {
-    static ARCH: OnceLock<pulp::Arch> = OnceLock::new();
-    ARCH.get_or_init(pulp::Arch::new).dispatch(f)
+    arch().dispatch(f)
 }
 
-/// What [`wide`] finds here, for people.
-pub fn width() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if is_x86_feature_detected!("avx512f") {
-            return "AVX-512";
-        }
-        if is_x86_feature_detected!("avx2") {
-            return "AVX2";
-        }
+#[inline]
+fn arch() -> &'static Arch {
+    static ARCH: OnceLock<Arch> = OnceLock::new();
+    // A word that is none of them was refused before: see `check`.
+    ARCH.get_or_init(|| std::env::var_os(VARIABLE).and_then(|v| named(&v)).unwrap_or_default())
+}
+
+/// The instruction set of a name, or the widest below it that this processor has.
+fn named(name: &OsStr) -> Option<Arch> {
+    match name.to_str()? {
+        "plain" => Some(Arch::Scalar),
+        #[cfg(target_arch = "x86_64")]
+        "avx2" => Some(pulp::x86::V3::try_new().map_or(Arch::Scalar, Arch::V3)),
+        "" | "widest" => Some(Arch::new()),
+        _ => None,
     }
-    "no wider registers than every one of its kind"
+}
+
+/// What the environment asks for is known.
+///
+/// # Errors
+/// A word in LUXPIPE_SIMD that is none of plain, avx2, widest.
+pub fn check() -> Result<()> {
+    match std::env::var_os(VARIABLE) {
+        Some(word) if named(&word).is_none() => {
+            usage!("{VARIABLE}={}: expected plain, avx2 or widest", word.to_string_lossy())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// AVX2, where [`wide`] may use it.
+#[cfg(target_arch = "x86_64")]
+pub fn avx2() -> Option<pulp::x86::V3> {
+    if matches!(arch(), Arch::Scalar) { None } else { pulp::x86::V3::try_new() }
+}
+
+/// What [`wide`] chooses here, for people.
+pub fn width() -> &'static str {
+    match arch() {
+        #[cfg(target_arch = "x86_64")]
+        Arch::V4(_) => "AVX-512",
+        #[cfg(target_arch = "x86_64")]
+        Arch::V3(_) => "AVX2",
+        _ => "no wider registers than every one of its kind",
+    }
 }
 
 /// Pixels worked on together: so many that loops over them stay loops, which the compiler turns into vectors of any width, and so

@@ -480,3 +480,27 @@ fn local_illumination_says_what_it_stands_for() {
     fails("spectrace", &[&path, "--error", "0.1", "--samples", "8"], b"", 2, "at least 32");
     fails("spectrace", &[&path, "--report"], b"", 2, "--irradiance");
 }
+
+/// Pictures that a scene names are read as any other is: what is odd about them is told, and nothing of whole ones.
+#[test]
+fn odd_pictures_of_a_scene_are_told_of() {
+    let (mut whole, light) = (
+        b"Pf\n2 1\n-1\n".to_vec(),
+        "[lights.l]\ntype = \"point\"\nspectrum = \"E\"\nposition = [0, 0, 1]\ncandela = 1\n",
+    );
+    [0.25f32, 0.5].iter().for_each(|v| whole.extend(v.to_le_bytes()));
+    let odd = [&whole[..], b"trail"].concat();
+    let rest = "[camera]\norigin = [0, 0, 2]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nfov_deg = 40\nwidth = 2\n[[shape]]\ntype = \"quad\"\n\
+                points = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]\nmaterial = \"m\"\n";
+    let texture = "[materials.m]\ntexture = { type = \"picture\", file = \"p.pfm\" }\n";
+    let sky = "[materials.m]\nreflectance = 0.5\n[environment]\ntype = \"picture\"\nfile = \"p.pfm\"\n";
+    for text in [texture, sky] {
+        let stage = Stage::new(&format!("{text}{light}{rest}"));
+        for (bytes, told) in [(&whole, false), (&odd, true)] {
+            fs::write(stage.file("p.pfm"), bytes).unwrap();
+            let done = run("spectrace", &[&stage.path(), "--samples", "1"], b"");
+            let said = String::from_utf8(done.stderr).unwrap();
+            assert!(done.status.success() && said.contains("5 bytes after the last row") == told, "{said}");
+        }
+    }
+}

@@ -1,9 +1,10 @@
-//! Equal input, equal bytes: whatever the threads, from run to run, from a pipe as from a file, in bands of rows, in one process or many.
+//! Equal input, equal bytes: whatever the threads, from run to run, from a pipe as from a file, in bands of rows, in one process or many,
+//! on any instruction set, of any build.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use crate::run::{Demands, machine, root, row, shell};
+use crate::run::{Demands, machine, program, programs, quote, root, row, shell};
 use crate::subjects::{self, toml_text};
 
 /// Runs all of it and prints a table.
@@ -11,11 +12,19 @@ pub fn section(demands: &mut Demands) -> std::io::Result<()> {
     println!("## Determinism\n\n{}\n\n| what | compared | differ |\n|---|---|---|", machine());
     let folder = tempfile::tempdir()?;
     subjects::prepare(folder.path(), 100)?;
-    row("every program on 1, 2, 3 and 7 threads, and again", demands, |d| programs(folder.path(), d))?;
+    row("every program on 1, 2, 3 and 7 threads, and again", demands, |d| threads(folder.path(), d))?;
     row("every picture filter from a pipe, and kept in a file", demands, |d| piped(folder.path(), d))?;
     row("every method of rendering on 1, 2 and 3 threads", demands, |d| methods(folder.path(), d))?;
     row("bands of rows, joined", demands, |d| bands(folder.path(), d))?;
-    row("pipelines: in one process, by the shell, by make, in four parts", demands, |d| fused(folder.path(), d))
+    row("pipelines: in one process, by the shell, by make, in four parts", demands, |d| fused(folder.path(), d))?;
+    row("every program and method without AVX, with AVX2, with all there is", demands, |d| widths(folder.path(), d))?;
+    match other_build() {
+        Some(debug) => row("every filter of a debug build", demands, |d| builds(folder.path(), &debug, d)),
+        None => {
+            println!("| every filter of a debug build | skipped: `cargo build` makes one | |");
+            Ok(())
+        }
+    }
 }
 
 /// Runs commands that each leave the file `result`; all are equal to the first.
@@ -35,7 +44,7 @@ fn equal(what: &str, commands: &[String], folder: &Path, demands: &mut Demands) 
     Ok(commands.len().saturating_sub(1))
 }
 
-fn programs(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+fn threads(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
     let mut compared = 0;
     for s in subjects::all().iter().filter(|s| s.streams) {
         let work = s.command(s.input, "result", folder)?;
@@ -79,23 +88,64 @@ const METHODS: [&str; 10] = [
     "--per-light",
 ];
 
-fn methods(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+/// Renderings by every method, without the file that they write: options in front, what to render behind.
+fn works() -> Vec<String> {
     let (fog, skin) = (root().join("scenes/fogbox.toml"), root().join("scenes/fluorescence.toml"));
     let mut works: Vec<String> = METHODS.iter().map(|m| format!("{m} --width 32 scene.toml")).collect();
     for method in ["path", "march", "zonal --zones 4", "photon --photons 3000"] {
         works.push(format!("--method {method} --width 24 {}", fog.display()));
     }
     works.push(format!("--width 24 {}", skin.display()));
-    let mut compared = 0;
-    for work in works {
-        let command = |n: usize| format!("spectrace --quiet --samples 4 --bands 8 --threads {n} {work} result");
+    let whole = |work: String| {
         // A plan has wavelengths of its own, an error needs paths to be told from.
-        let command = |n: usize| {
-            if work.contains("--error") { command(n).replace("samples 4", "samples 64") } else { command(n) }
-        };
-        let command =
-            |n: usize| if work.contains("--tolerance") { command(n).replace("--bands 8 ", "") } else { command(n) };
-        compared += equal(&format!("spectrace {work}"), &[1, 2, 3].map(command), folder, demands)?;
+        let samples = if work.contains("--error") { 64 } else { 4 };
+        let bands = if work.contains("--tolerance") { "" } else { "--bands 8 " };
+        format!("spectrace --quiet --samples {samples} {bands}{work} result")
+    };
+    works.into_iter().map(whole).collect()
+}
+
+fn methods(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+    let mut compared = 0;
+    for work in works() {
+        let commands = [1, 2, 3].map(|n| format!("{work} --threads {n}"));
+        compared += equal(&work, &commands, folder, demands)?;
+    }
+    Ok(compared)
+}
+
+/// What each instruction set makes of the same work: see src/simd.rs.
+fn widths(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+    let mut all = works();
+    for s in subjects::all().iter().filter(|s| s.streams) {
+        all.push(format!("{} --quiet", s.command(s.input, "result", folder)?));
+    }
+    let mut compared = 0;
+    for work in all {
+        let commands = ["widest", "avx2", "plain"].map(|set| format!("LUXPIPE_SIMD={set} {work}"));
+        compared += equal(&work, &commands, folder, demands)?;
+    }
+    Ok(compared)
+}
+
+/// The folder of a debug build beside this one.
+fn other_build() -> Option<PathBuf> {
+    let folder = programs().parent()?.join("debug");
+    folder.join("luxpipe").is_file().then_some(folder)
+}
+
+/// What a debug build makes of the same work; renderers are equal within a build only.
+fn builds(folder: &Path, debug: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+    const RENDERERS: [&str; 3] = ["spectrace", "specplan", "tradeoff"];
+    let mut compared = 0;
+    for s in subjects::all().iter().filter(|s| s.streams && !RENDERERS.contains(&s.program)) {
+        let work = format!("{} --quiet", s.command(s.input, "result", folder)?);
+        let there = work.replacen(
+            &quote(&program(s.program).display().to_string()),
+            &quote(&debug.join(s.program).display().to_string()),
+            1,
+        );
+        compared += equal(&format!("{} of a debug build", s.program), &[work, there], folder, demands)?;
     }
     Ok(compared)
 }

@@ -9,6 +9,7 @@ use libfuzzer_sys::Corpus;
 use luxpipe::codec::{self, Reading};
 use luxpipe::notes::Notes;
 use luxpipe::parallel;
+use luxpipe::scene::mesh::{Degenerate, Mesh};
 use luxpipe::stream::Block;
 use luxpipe::stream::meaning::Overrides;
 use luxpipe::stream::reader::Input;
@@ -93,4 +94,12 @@ pub fn read(format: Option<&str>, bytes: &[u8]) -> Corpus {
     let lines = read.err().map(|e| e.to_string()).into_iter().chain(notes.take());
     lines.for_each(|line| assert!(!line.is_empty() && !line.contains('\n'), "a message of many lines: {line:?}"));
     Corpus::Keep
+}
+
+/// What loading a scene does with a mesh that was read.
+pub fn use_mesh(mut mesh: Mesh) {
+    if mesh.check(Degenerate::Skip).is_ok() {
+        mesh.turn_normals();
+        mesh.smooth(30.0);
+    }
 }

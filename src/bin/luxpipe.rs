@@ -13,7 +13,6 @@ fn main() -> ExitCode {
         Ok(args) => args,
         Err(e) => return cli::clap_exit("luxpipe", &e),
     };
-    filter::prepare(&args.run);
     let notes = Notes::default();
-    cli::exit("luxpipe", pipeline::run(&args, &notes), &notes, args.run.quiet)
+    cli::exit("luxpipe", filter::prepare(&args.run).and_then(|()| pipeline::run(&args, &notes)), &notes, args.run.quiet)
 }

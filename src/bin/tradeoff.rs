@@ -13,6 +13,5 @@ fn main() -> ExitCode {
         Ok(args) => args,
         Err(e) => return cli::clap_exit("tradeoff", &e),
     };
-    filter::prepare(&args.run);
-    cli::exit("tradeoff", args.run(), &Notes::default(), args.run.quiet)
+    cli::exit("tradeoff", filter::prepare(&args.run).and_then(|()| args.run()), &Notes::default(), args.run.quiet)
 }

@@ -58,6 +58,7 @@ impl Filter for Relight {
         }
         let Some(sampling) = header.sampling.clone() else { return invalid!("the layers list no wavelengths") };
         let mut scene = load::load(path)?;
+        run.notes.extend(&scene.remarks);
         check(&scene, header, path)?;
         let factors = self.relit(&mut scene)?;
         let weights = weights(&scene, &sampling, run).map_err(|e| e.in_file(path))?;

@@ -67,7 +67,7 @@ impl Filter for Specplan {
         self.scene.as_deref().map(load::load).transpose().map(|_| None)
     }
 
-    fn start(self, _: Option<Box<dyn Picture>>, _: &Run) -> Result<Product> {
+    fn start(self, _: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
         let path = self.scene.as_ref().ok_or_else(|| Error::Usage("expected a scene file".into()))?;
         let mut wish = Wish::new(self.tolerance, self.gain, self.pilot)?;
         wish.time = self.time;
@@ -78,6 +78,7 @@ impl Filter for Specplan {
             return usage!("--time is below 1e9 seconds, --pilot at most {MOST_PIXELS} pixels");
         }
         let scene = Arc::new(load::load(path)?);
+        run.notes.extend(&scene.remarks);
         let plan = wish.plan(&scene, &|without| load::load_without(path, without)).map_err(|e| e.in_file(path))?;
         let text = match self.explain {
             true => explained(&plan),

@@ -376,7 +376,7 @@ impl Filter for Spectrace {
         }
         let load = |without: Without| load::load_without(path, without);
         let scene = Arc::new(load(self.without()?)?);
-        scene.remarks.iter().for_each(|r| run.notes.add(r.clone()));
+        run.notes.extend(&scene.remarks);
         // Planned as the scene file has its camera: a plan does not depend on the size of the picture.
         let (planned, without, scene, few) = self.planned(scene, &load, &run.notes)?;
         let mut scene = Arc::try_unwrap(scene).or_else(|_| load(without))?;

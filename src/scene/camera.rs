@@ -138,6 +138,12 @@ impl Camera {
     /// Origin in the scene's frame and unit direction through pixel coordinates that count from the upper left corner of
     /// the picture, and a place on the lens; `None` outside the circle of a fisheye.
     pub fn ray(&self, x: f64, y: f64, lens: [f32; 2]) -> Option<(Vec3A, Vec3A)> {
+        let (origin, direction) = self.way(x, y, lens)?;
+        Some((self.frame.place(origin).as_vec3a(), direction.as_vec3a()))
+    }
+
+    /// The same in metres, in full precision.
+    fn way(&self, x: f64, y: f64, lens: [f32; 2]) -> Option<(DVec3, DVec3)> {
         let right = (2.0 * x / self.width as f64 - 1.0) * self.half[0];
         let up = (1.0 - 2.0 * y / self.height as f64) * self.half[1];
         let mut origin = self.origin;
@@ -169,18 +175,18 @@ impl Camera {
                 (self.right * sin_lon + self.forward * cos_lon) * cos_lat + self.up * sin_lat
             }
         };
-        Some((self.frame.place(origin).as_vec3a(), direction.normalize().as_vec3a()))
+        Some((origin, direction.normalize()))
     }
 
     /// The picture's right at a place, in the scene, at right angles to the ray there: where +Q of Stokes vectors lies.
     pub fn rightwards(&self, x: f64, y: f64) -> Option<Vec3A> {
-        let (_, here) = self.ray(x, y, [0.5; 2])?;
-        let here = here.as_dvec3();
+        let (_, here) = self.way(x, y, [0.5; 2])?;
         // A step that does not leave the picture; parallel rays all go the same way.
-        let step = if x > 0.5 * self.width as f64 { -0.5 } else { 0.5 };
-        let there = self.ray(x + step, y, [0.5; 2]).map_or(here, |r| r.1.as_dvec3());
+        let step = if x > 0.5 * self.width as f64 { -1e-3 } else { 1e-3 };
+        let there = self.way(x + step, y, [0.5; 2]).map_or(here, |r| r.1);
         let along = |v: DVec3| (v - here * v.dot(here)).normalize_or_zero();
-        let right = if there.distance(here) > 1e-5 { along((there - here) * step.signum()) } else { along(self.right) };
+        let right =
+            if there.distance(here) > 1e-11 { along((there - here) * step.signum()) } else { along(self.right) };
         Some(right.as_vec3a())
     }
 

@@ -156,13 +156,14 @@ impl Filter for Specprobe {
         self.scene.as_deref().map(load::materials).transpose().map(|_| None)
     }
 
-    fn start(self, _: Option<Box<dyn Picture>>, _: &Run) -> Result<Product> {
+    fn start(self, _: Option<Box<dyn Picture>>, run: &Run) -> Result<Product> {
         let path = self.scene.clone().ok_or_else(|| Error::Usage("expected a scene file".into()))?;
         let right = |x: &f64| (0.0..90.0).contains(x);
         if self.medium.is_none() && !self.angles.0.iter().all(right) {
             return usage!("--angles: from 0 to below 90 degrees");
         }
-        let Materials { materials, inks, srgb, media, unit_m } = load::materials(&path)?;
+        let Materials { materials, inks, srgb, media, unit_m, remarks } = load::materials(&path)?;
+        run.notes.extend(&remarks);
         if let Some(name) = self.medium.clone() {
             let Some(medium) = media.into_iter().find(|m| m.name == name) else {
                 return usage!("--medium '{}': the scene has no such medium", printable(name.as_bytes()));

@@ -62,20 +62,18 @@ impl Picture {
             return Err(k.wrong("key 'file' is missing"));
         };
         let wrap = k.get::<Wrap>("wrap")?.unwrap_or_default();
-        Picture::load(&folder.join(file), wrap).map_err(|e| k.wrong_key("file", span, &e.to_string()))
+        Picture::load(&folder.join(file), wrap, k.notes()).map_err(|e| k.wrong_key("file", span, &e.to_string()))
     }
 
     /// Reads a file.
-    pub fn load(path: &Path, wrap: Wrap) -> Result<Picture> {
+    pub fn load(path: &Path, wrap: Wrap, notes: &Notes) -> Result<Picture> {
         let mut input = Input::open(Some(path))?;
         let name = input.name.clone();
         let first = input.peek(HEADER)?;
         let factor = if is_rgbe(&first) { (1.0 / RADIANCE_EFFICACY) as f32 } else { 1.0 };
         let overrides = Overrides { units: Some(Units::Relative), ..Overrides::default() };
         let limits = Limits { memory: 24 * MOST_PIXELS as u64, folder: std::env::temp_dir() };
-        // What is said of units does not matter here.
-        let notes = Notes::default();
-        let picture = codec::open(input, &Reading { overrides: &overrides, limits: &limits, notes: &notes })?;
+        let picture = codec::open(input, &Reading { overrides: &overrides, limits: &limits, notes })?;
         let header = picture.header();
         let (width, height) = (header.resolution.width, header.resolution.height);
         if width.saturating_mul(height) > MOST_PIXELS {
@@ -233,7 +231,7 @@ mod tests {
 
     fn pixels(name: &str, bytes: &[u8]) -> Result<Vec<[f32; 3]>> {
         let (_folder, path) = written(name, bytes);
-        Picture::load(&path, Wrap::Repeat).map(|p| p.pixels)
+        Picture::load(&path, Wrap::Repeat, &Notes::default()).map(|p| p.pixels)
     }
 
     fn near(got: &[[f32; 3]], wanted: &[[f32; 3]], by: f32) {

@@ -206,10 +206,10 @@ pub enum Isa {
 }
 
 impl Isa {
-    /// The widest that this processor has.
+    /// The widest that this processor has, and [`crate::simd`] may use.
     pub fn best() -> Isa {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v3) = pulp::x86::V3::try_new() {
+        if let Some(v3) = crate::simd::avx2() {
             return Isa::Avx2(v3);
         }
         Isa::Plain

@@ -40,8 +40,8 @@ pub struct Panorama {
 
 impl Panorama {
     /// From a file, in axes whose second is the middle of the picture and whose third is up; radiances times `factor`.
-    pub fn open(path: &Path, axes: Axes, factor: f64) -> Result<Panorama> {
-        let (width, height, mut pixels) = read(path)?;
+    pub fn open(path: &Path, axes: Axes, factor: f64, notes: &Notes) -> Result<Panorama> {
+        let (width, height, mut pixels) = read(path, notes)?;
         let luminance = pixels.iter().map(|p| factor as f32 * p[1]).collect::<Vec<_>>();
         let back = Primaries::BT709.to_xyz().and_then(|m| m.inverse());
         let back = back.ok_or_else(|| Error::Invalid("sRGB has no inverse".into()))?;
@@ -70,9 +70,9 @@ fn place([x, y, z]: [f64; 3], width: usize, height: usize) -> usize {
 }
 
 /// Width, height and XYZ in cd/m2.
-fn read(path: &Path) -> Result<(usize, usize, Vec<[f32; 3]>)> {
+fn read(path: &Path, notes: &Notes) -> Result<(usize, usize, Vec<[f32; 3]>)> {
     let limits = Limits { memory: 1 << 30, folder: std::env::temp_dir() };
-    let reading = Reading { overrides: &Overrides::default(), limits: &limits, notes: &Notes::default() };
+    let reading = Reading { overrides: &Overrides::default(), limits: &limits, notes };
     let picture = codec::open(Input::open(Some(path))?, &reading)?;
     let mut picture = tristimulus(upright::upright(picture, &limits)?)?;
     let (width, height) = (picture.header().resolution.width, picture.header().resolution.height);

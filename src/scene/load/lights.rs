@@ -157,7 +157,7 @@ pub fn read_environment(mut k: Keys, folder: &Path) -> Result<Option<LightKey>> 
             let middle = k.get::<[f64; 3]>("middle")?.map_or_else(|| up.any_orthonormal_vector(), DVec3::from);
             let axes = Axes::facing(up, middle).ok_or_else(|| k.wrong("middle: must not be the direction up"))?;
             let factor = k.number("scale", "must be above 0", |x| x > 0.0 && x < 1e30)?.unwrap_or(1.0);
-            let picture = Panorama::open(&folder.join(&file), axes, factor);
+            let picture = Panorama::open(&folder.join(&file), axes, factor, k.notes());
             let picture = picture.map_err(|e| k.wrong_key("file", span, &e.to_string()))?;
             let basis = Uplift::new()?.lights().to_vec();
             stated(name, k, basis, Place::Environment(Box::new(picture), PI, up)).map(Some)

@@ -46,6 +46,8 @@ pub struct Materials {
     pub media: Vec<Medium>,
     /// Metres in one of the file's lengths.
     pub unit_m: f64,
+    /// What was noticed while they were read, a line each.
+    pub remarks: Vec<String>,
 }
 
 /// Reads the materials and media of a scene file.
@@ -58,7 +60,8 @@ pub fn materials(path: &Path) -> Result<Materials> {
         let (media, mut interiors, _) = read_media(&mut keys, folder, metres, &mut inks)?;
         let (tables, all) = (keys.tables("materials")?, Without::default());
         let materials = materials::read_all(tables, folder, metres, &mut inks, &mut interiors, all)?;
-        Ok(Materials { materials, inks, srgb: Uplift::new()?.basis().clone(), media, unit_m: metres })
+        let (srgb, remarks) = (Uplift::new()?.basis().clone(), keys.notes().take());
+        Ok(Materials { materials, inks, srgb, media, unit_m: metres, remarks })
     };
     read().map_err(|e: Error| e.in_file(path))
 }
@@ -71,6 +74,7 @@ pub fn parse(text: &str, folder: &Path) -> Result<Scene> {
 /// The same without some effects.
 pub fn parse_without(text: &str, folder: &Path, without: Without) -> Result<Scene> {
     let mut keys = keys::parse(text)?;
+    let notes = keys.notes().clone();
     let metres = unit(&mut keys)?;
     let camera = keys.table("camera")?.map(|k| camera::read(k, metres)).transpose()?;
     let max_bounces = keys.number("max_bounces", "must be a whole number from 0", |x| x >= 0.0 && x.fract() == 0.0)?;
@@ -111,9 +115,8 @@ pub fn parse_without(text: &str, folder: &Path, without: Without) -> Result<Scen
     }
     lights.extend(glows.into_iter().map(|(name, radiance)| Light { name, radiance }));
     let rough = shapes.is_smooth(&groups);
-    let mut remarks = std::mem::take(&mut shapes.remarks);
     if night {
-        remarks.push("the sun is below the horizon: it gives no light, and its sky none".into());
+        notes.add("the sun is below the horizon: it gives no light, and its sky none");
     }
     Ok(Scene {
         camera: camera.map(|c| c.within(frame)),
@@ -133,7 +136,7 @@ pub fn parse_without(text: &str, folder: &Path, without: Without) -> Result<Scen
         tree,
         frame,
         unit_m: metres,
-        remarks,
+        remarks: notes.take(),
         max_bounces: max_bounces.map(|b| b as u32),
     })
 }

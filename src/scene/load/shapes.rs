@@ -21,8 +21,6 @@ use solid::Solid;
 pub(super) struct Shapes {
     pub(super) solids: Vec<Solid>,
     pub(super) emitters: Vec<Emitter>,
-    /// Worth a word on standard error.
-    pub(super) remarks: Vec<String>,
 }
 
 /// Shapes that are placed together, many times.
@@ -188,8 +186,7 @@ fn read_instance(
 
 fn read_mesh(k: &mut Keys, metres: f64, folder: &Path, names: &Names, add: &mut Adder) -> Result<()> {
     let of = k.get_spanned::<BTreeMap<String, String>>("materials")?;
-    let mesh::shape::Placed { mesh, remarks } = mesh::shape::read(k, folder, metres)?;
-    add.shapes.remarks.extend(remarks);
+    let mesh = mesh::shape::read(k, folder, metres)?;
     let mut materials = vec![add.material; mesh.groups.len()];
     if let Some((of, span)) = of {
         for (group, name) in &of {

@@ -17,17 +17,9 @@ use crate::Result;
 use crate::keys::Keys;
 use crate::scene::transform::Transform;
 
-/// A mesh in the scene, in metres.
-#[derive(Clone, Debug)]
-pub struct Placed {
-    /// The mesh; its origin and positions are metres.
-    pub mesh: Mesh,
-    /// What was passed over or changed, for standard error.
-    pub remarks: Vec<String>,
-}
-
-/// Takes a mesh's keys out of a shape's table. Files lie in `folder`; a unit of length has `metres`.
-pub fn read(k: &mut Keys, folder: &Path, metres: f64) -> Result<Placed> {
+/// Takes a mesh's keys out of a shape's table. Files lie in `folder`; a unit of length has `metres`; the mesh has its origin
+/// and positions in metres. What was passed over or changed is noted.
+pub fn read(k: &mut Keys, folder: &Path, metres: f64) -> Result<Mesh> {
     let Some((file, span)) = k.get_spanned::<String>("file")? else { return Err(k.wrong("key 'file' is missing")) };
     let policy = k.get::<Degenerate>("degenerate")?.unwrap_or_default();
     let crease = k.number("smooth_deg", "must lie in 0 to 180", |x| (0.0..=180.0).contains(&x))?;
@@ -44,16 +36,15 @@ pub fn read(k: &mut Keys, folder: &Path, metres: f64) -> Result<Placed> {
         mesh.smooth(degrees);
     }
     mesh.transform(&place);
-    let mut remarks = Vec::new();
-    let mut remark = |n: usize, what: &str| {
+    let note = |n: usize, what: &str| {
         if n > 0 {
-            remarks.push(format!("mesh '{shown}': {n} {what}"));
+            k.notes().add(format!("mesh '{shown}': {n} {what}"));
         }
     };
-    remark(passed, "faces without area are passed over");
-    remark(sides.turned, "normals point behind their faces and are turned");
-    remark(sides.mixed, "normals point behind some of their faces");
-    Ok(Placed { mesh, remarks })
+    note(passed, "faces without area are passed over");
+    note(sides.turned, "normals point behind their faces and are turned");
+    note(sides.mixed, "normals point behind some of their faces");
+    Ok(mesh)
 }
 
 #[cfg(test)]
@@ -63,23 +54,24 @@ mod tests {
 
     const FILE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 -1\nf 1//1 2//1 3//1\nf 1 2 2\n";
 
-    fn placed(text: &str) -> Result<Placed> {
+    fn placed(text: &str) -> Result<(Mesh, Vec<String>)> {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("a.obj"), FILE).unwrap();
         let mut k = keys::parse(text)?;
-        let placed = read(&mut k, folder.path(), 0.01)?;
-        k.finish().map(|()| placed)
+        let mesh = read(&mut k, folder.path(), 0.01)?;
+        let notes = k.notes().take();
+        k.finish().map(|()| (mesh, notes))
     }
 
     #[test]
     fn keys_check_smooth_and_place() {
         let text = "file = \"a.obj\"\ndegenerate = \"skip\"\nsmooth_deg = 30\nscale = 2\ntranslate = [0, 0, 50]";
-        let Placed { mesh, remarks } = placed(text).unwrap();
+        let (mesh, notes) = placed(text).unwrap();
         assert_eq!((mesh.triangles.len(), mesh.positions.len()), (1, 5));
         assert!((mesh.place(mesh.triangles[0][1]) - DVec3::new(0.02, 0.0, 0.5)).length() < 1e-9);
         assert_eq!(mesh.normals.unwrap()[0], [0.0, 0.0, 1.0]);
         assert_eq!(
-            remarks,
+            notes,
             [
                 "mesh 'a.obj': 1 faces without area are passed over",
                 "mesh 'a.obj': 3 normals point behind their faces and are turned"
