@@ -4,7 +4,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`error`], [`units`], [`notes`], [`files`], [`simd`], [`parallel`], [`statistics`], [`json`] | what everything needs |
+//! | [`error`], [`units`], [`notes`], [`files`], [`simd`], [`parallel`], [`statistics`], [`json`], [`base64`] | what everything needs |
 //! | [`spectral`] | spectra, observers, light sources, sampling |
 //! | [`color`] | chromaticities, primaries, adaptation, gamut |
 //! | [`sky`] | skies and the sun |
@@ -135,6 +135,7 @@
 //! - [Ohno 2014] Y. Ohno, *Practical use and calculation of CCT and Duv*, LEUKOS 10(1), 2014.
 //! - [Marsaglia 2004] G. Marsaglia, *Evaluating the Normal Distribution*, Journal of Statistical Software 11, 2004.
 
+pub mod base64;
 pub mod capture;
 pub mod chart;
 pub mod cli;

@@ -103,7 +103,7 @@ fn of_bytes(file: &mut Vec<u8>, guard: &Guard, random: &mut Random) -> Damage {
             (format!("word {word:x} at {at}, perhaps a number of the header"), false)
         }
     };
-    Damage { what, visible }
+    Damage { what, visible: visible && !guard.explains(file) }
 }
 
 /// Another number in place of one that stands in the first bytes.

@@ -412,20 +412,7 @@ fn picture(path: &Path, alt: &str) -> Answer<String> {
     if !bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
         return Err(format!("{}: not a PNG file", path.display()));
     }
-    Ok(format!("<img alt=\"{}\" src=\"data:image/png;base64,{}\">", escaped(alt), base64(&bytes)))
-}
-
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for three in bytes.chunks(3) {
-        let bits = (0..3).fold(0, |b, i| b << 8 | usize::from(three.get(i).copied().unwrap_or(0)));
-        for i in 0..4 {
-            let digit = DIGITS[bits >> (18 - 6 * i) & 63];
-            text.push(if i > three.len() { '=' } else { char::from(digit) });
-        }
-    }
-    text
+    Ok(format!("<img alt=\"{}\" src=\"data:image/png;base64,{}\">", escaped(alt), luxpipe::base64::encoded(&bytes)))
 }
 
 /// A verdict on its colour; it reads the same without.

@@ -244,4 +244,14 @@ impl Rows for Words {
         }
         Ok(())
     }
+
+    /// Reading to the end compares the sum that stands there.
+    fn end(&mut self, values: usize) -> Result<()> {
+        let most = 2 * values as u64;
+        match std::io::copy(&mut (&mut self.unpacker).take(most + 1), &mut std::io::sink()) {
+            Ok(n) if n <= most => Ok(()),
+            Ok(_) => invalid!("its deflated bytes go on"),
+            Err(e) => invalid!("its deflated bytes are damaged ({e})"),
+        }
+    }
 }

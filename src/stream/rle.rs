@@ -56,6 +56,8 @@ pub struct Decoder {
     ahead: Vec<u8>,
     at: usize,
     end: usize,
+    /// Scanlines of run lengths have come, and others.
+    kinds: [bool; 2],
 }
 
 /// What is decoded does not end in the bytes at hand.
@@ -66,6 +68,12 @@ impl Decoder {
     /// Forgets what was read ahead.
     pub fn clear(&mut self) {
         (self.at, self.end) = (0, 0);
+        self.kinds = [false; 2];
+    }
+
+    /// True when some scanlines were run lengths and some were not, which no program writes.
+    pub fn is_mixed(&self) -> bool {
+        self.kinds == [true; 2]
     }
 
     /// True while bytes that were read ahead are left.
@@ -79,6 +87,7 @@ impl Decoder {
         loop {
             match decode(&self.ahead[self.at..self.end], width, planes, to)? {
                 Ok(taken) => {
+                    self.kinds[usize::from(has_run_lengths(&self.ahead[self.at..]))] = true;
                     self.at += taken;
                     return Ok(());
                 }
@@ -112,10 +121,15 @@ impl Decoder {
     }
 }
 
+/// Whether a scanline begins as those of run lengths do.
+fn has_run_lengths(bytes: &[u8]) -> bool {
+    matches!(bytes, [2, 2, 0..128, ..])
+}
+
 /// Decodes one scanline at the head of `bytes`, into the planes from `to` on; gives the number of bytes it took.
 fn decode(bytes: &[u8], width: usize, planes: &mut Planes, to: usize) -> Result<Result<usize, Short>> {
-    let Some(&[a, b, high, low]) = bytes.first_chunk() else { return Ok(Err(Short)) };
-    if a != 2 || b != 2 || high >= 128 {
+    let Some(&[_, _, high, low]) = bytes.first_chunk() else { return Ok(Err(Short)) };
+    if !has_run_lengths(bytes) {
         return decode_old(bytes, width, planes, to);
     }
     let stated = usize::from(high) << 8 | usize::from(low);

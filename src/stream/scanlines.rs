@@ -51,6 +51,10 @@ impl Pieces for Coded {
         piece.planes.iter_mut().for_each(|plane| plane.truncate(rows * width));
         piece.block.rows = rows;
         self.row += rows;
+        if self.row == total && self.decoder.is_mixed() {
+            let name = &self.input.name;
+            self.notes.add(format!("{name}: some rows are run lengths and some are not: it may be damaged"));
+        }
         if self.row == total && (self.decoder.has_rest() || self.input.has_rest()) {
             self.notes.add(format!("{}: bytes after the last row are ignored", self.input.name));
         }

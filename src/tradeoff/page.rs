@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
+use crate::base64;
 use crate::tradeoff::filters::Table;
-use crate::tradeoff::picture::{MOST_DELTA_E, base64};
+use crate::tradeoff::picture::MOST_DELTA_E;
 use crate::tradeoff::table::{Kind, Row};
 
 const STYLE: &str = include_str!("page.css");
@@ -73,7 +74,7 @@ fn section(text: &mut String, s: &Section) {
             let _ = write!(
                 text,
                 "<img class=\"{class}\" alt=\"{name} by {label}\" loading=\"lazy\" src=\"data:image/png;base64,{}\">",
-                base64(png)
+                base64::encoded(png)
             );
         }
         let _ = writeln!(text, "<figcaption>{label}: Delta E {}</figcaption></figure>", short(row.delta_e[0]));

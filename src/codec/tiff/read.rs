@@ -31,6 +31,12 @@ pub trait Coder: Send + Sync {
 pub trait Rows: Send {
     /// Decodes one row into `out`; an error where the bytes end early or make no sense.
     fn row(&mut self, out: &mut [f32]) -> Result<()>;
+
+    /// After the last row that the picture has of it, up to `values` more may follow. An error where its bytes end otherwise, for a
+    /// coding that can tell.
+    fn end(&mut self, _values: usize) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// Where strips or tiles lie.
@@ -178,6 +184,10 @@ impl<C: Coder + 'static> Pieces for Chunked<C> {
                 let at = *first_row + i * plan.chunks.height + n;
                 strip.row(row).map_err(|e| plan.at_row(e, at).within(&plan.name))?;
             }
+            let rows = part.len() / row_floats;
+            let padding = (plan.chunks.height - rows) * row_floats;
+            let last = *first_row + i * plan.chunks.height + rows;
+            strip.end(padding).map_err(|e| plan.at_end(e, last).within(&plan.name))?;
         }
         Ok(())
     }
@@ -256,6 +266,11 @@ impl<C: Coder> Chunked<C> {
                 part.copy_from_slice(&self.piece[..part.len()]);
             }
         }
+        if self.band_rows == 0 {
+            let last = self.row + block.rows;
+            let padding = (last.next_multiple_of(plan.chunks.height) - last) * self.piece.len();
+            self.band.iter_mut().try_for_each(|rows| rows.end(padding).map_err(|e| plan.at_end(e, last)))?;
+        }
         Ok(())
     }
 
@@ -272,12 +287,19 @@ impl<C: Coder> Chunked<C> {
                 tile.row(&mut self.piece).map_err(|e| plan.at_row(e, self.row + n))?;
                 part.copy_from_slice(&self.piece[..part.len()]);
             }
+            let padding = (plan.chunks.height - rows) * piece;
+            tile.end(padding).map_err(|e| plan.at_end(e, self.row + rows))?;
         }
         Ok(())
     }
 }
 
 impl<C> Plan<C> {
+    /// Where a strip or tile ends otherwise than it should.
+    fn at_end(&self, e: Error, rows: usize) -> Error {
+        Error::Invalid(format!("the strip or tile that ends with row {rows} is damaged: {e}"))
+    }
+
     /// Where a picture ends too early.
     fn at_row(&self, e: Error, row: usize) -> Error {
         match e {

@@ -80,33 +80,6 @@ fn unescaped(uri: &str) -> Result<String> {
     String::from_utf8(out).map_err(|_| Error::Invalid(format!("'{}' is no URI", shown(uri))))
 }
 
-/// Base64 [RFC 4648], its padding optional.
-fn base64(text: &str) -> Option<Vec<u8>> {
-    let text = text.trim_end_matches('=').as_bytes();
-    let mut out = Vec::with_capacity(text.len() / 4 * 3 + 2);
-    for four in text.chunks(4) {
-        let mut bits = 0u32;
-        for c in four {
-            let value = match c {
-                b'A'..=b'Z' => c - b'A',
-                b'a'..=b'z' => c - b'a' + 26,
-                b'0'..=b'9' => c - b'0' + 52,
-                b'+' | b'-' => 62,
-                b'/' | b'_' => 63,
-                _ => return None,
-            };
-            bits = bits << 6 | u32::from(value);
-        }
-        bits <<= 6 * (4 - four.len());
-        let whole = match four.len() {
-            1 => return None,
-            n => n - 1,
-        };
-        out.extend_from_slice(&bits.to_be_bytes()[1..1 + whole]);
-    }
-    Some(out)
-}
-
 /// All buffers of a glTF.
 pub struct Buffers<'a> {
     root: &'a Root,
@@ -121,7 +94,7 @@ impl<'a> Buffers<'a> {
             let length = buffer.byte_length.0;
             let data: Cow<[u8]> = match (&buffer.uri, glb) {
                 (Some(uri), _) if uri.starts_with("data:") => {
-                    let data = uri.split_once(";base64,").and_then(|u| base64(u.1));
+                    let data = uri.split_once(";base64,").and_then(|u| crate::base64::decoded(u.1));
                     Cow::from(data.ok_or_else(|| Error::Invalid(format!("buffer {i}: its data URI is not base64")))?)
                 }
                 (Some(uri), _) => Cow::from(fetch(uri, length).map_err(|e| e.within(&format!("buffer {i}")))?),
@@ -236,18 +209,6 @@ impl Numbers<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The test vectors of RFC 4648, section 10.
-    #[test]
-    fn base64_of_the_rfc() {
-        for (text, bytes) in
-            [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYg", "foob"), ("Zm9vYmFy", "foobar")]
-        {
-            assert_eq!(base64(text).unwrap(), bytes.as_bytes());
-        }
-        assert_eq!(base64("Z"), None);
-        assert_eq!(base64("Zm 9"), None);
-    }
 
     #[test]
     fn names_are_unescaped_and_stay_beside_the_file() {
