@@ -249,12 +249,12 @@ load:
 load-small:
 	$(TRUST) load --small
 
-# Licences, sources and advisories of all dependencies (deny.toml); without the network no advisories but those fetched before.
+# Licences, sources and advisories of all dependencies (deny.toml); without the network no advisories.
 audit:
 	@if ! $(CARGO) deny --version > /dev/null 2>&1; then echo "skipped: make audit needs cargo-deny (cargo install cargo-deny --locked)"; \
 	elif $(CARGO) deny fetch db > /dev/null 2>&1; then $(CARGO) deny --locked check; \
 	else $(CARGO) deny --locked --offline check bans licenses sources && \
-		echo "skipped: advisories, whose database needs the network once (cargo deny fetch db)"; fi
+		echo "skipped: advisories, which need the network"; fi
 
 # Every crate that the programs are built of, with version, licence and checksum, as CSV: out/sbom.csv.
 sbom:

@@ -60,6 +60,8 @@ mod tests {
             assert_eq!(decoded(coded).unwrap(), plain.as_bytes());
             assert_eq!(decoded(coded.trim_end_matches('=')).unwrap(), plain.as_bytes());
         }
+        assert_eq!(encoded(&[0xfb, 0xff]), "+/8=");
+        assert_eq!((decoded("+/8="), decoded("-_8")), (Some(vec![0xfb, 0xff]), Some(vec![0xfb, 0xff])));
         assert_eq!((decoded("Z"), decoded("Zm 9")), (None, None));
     }
 }

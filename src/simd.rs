@@ -34,6 +34,8 @@ fn named(name: &OsStr) -> Option<Arch> {
         "plain" => Some(Arch::Scalar),
         #[cfg(target_arch = "x86_64")]
         "avx2" => Some(pulp::x86::V3::try_new().map_or(Arch::Scalar, Arch::V3)),
+        #[cfg(not(target_arch = "x86_64"))]
+        "avx2" => Some(Arch::Scalar),
         "" | "widest" => Some(Arch::new()),
         _ => None,
     }

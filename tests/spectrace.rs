@@ -481,14 +481,14 @@ fn local_illumination_says_what_it_stands_for() {
     fails("spectrace", &[&path, "--report"], b"", 2, "--irradiance");
 }
 
-/// Pictures that a scene names are read as any other is: what is odd about them is told, and nothing of whole ones.
+/// Pictures that a scene names are read as any other is: what lies behind their pixels is told.
 #[test]
 fn odd_pictures_of_a_scene_are_told_of() {
     let (mut whole, light) = (
-        b"Pf\n2 1\n-1\n".to_vec(),
+        b"PF\n2 1\n-1\n".to_vec(),
         "[lights.l]\ntype = \"point\"\nspectrum = \"E\"\nposition = [0, 0, 1]\ncandela = 1\n",
     );
-    [0.25f32, 0.5].iter().for_each(|v| whole.extend(v.to_le_bytes()));
+    [0.25f32, 0.5, 0.5, 0.5, 0.25, 0.5].iter().for_each(|v| whole.extend(v.to_le_bytes()));
     let odd = [&whole[..], b"trail"].concat();
     let rest = "[camera]\norigin = [0, 0, 2]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nfov_deg = 40\nwidth = 2\n[[shape]]\ntype = \"quad\"\n\
                 points = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]\nmaterial = \"m\"\n";

@@ -17,7 +17,11 @@ pub fn section(demands: &mut Demands) -> std::io::Result<()> {
     row("every method of rendering on 1, 2 and 3 threads", demands, |d| methods(folder.path(), d))?;
     row("bands of rows, joined", demands, |d| bands(folder.path(), d))?;
     row("pipelines: in one process, by the shell, by make, in four parts", demands, |d| fused(folder.path(), d))?;
-    row("every program and method without AVX, with AVX2, with all there is", demands, |d| widths(folder.path(), d))?;
+    let here = String::from_utf8_lossy(&shell("luxpipe doctor", folder.path())?.stdout).into_owned();
+    let here =
+        here.lines().find_map(|l| l.strip_prefix("processors").map(|l| l.trim().to_string())).unwrap_or_default();
+    let what = format!("every program and method without AVX, with AVX2, with all there is ({here})");
+    row(&what, demands, |d| widths(folder.path(), d))?;
     match other_build() {
         Some(debug) => row("every filter of a debug build", demands, |d| builds(folder.path(), &debug, d)),
         None => {
@@ -122,16 +126,22 @@ fn widths(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
     }
     let mut compared = 0;
     for work in all {
+        // The C library chooses for itself by the processor.
+        let library = "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4";
         let commands = ["widest", "avx2", "plain"].map(|set| format!("LUXPIPE_SIMD={set} {work}"));
+        let commands = [&commands[..], &[format!("{library} {}", commands[2])]].concat();
         compared += equal(&work, &commands, folder, demands)?;
     }
     Ok(compared)
 }
 
-/// The folder of a debug build beside this one.
+/// The folder of a debug build beside this one, if it is not older than the sources.
 fn other_build() -> Option<PathBuf> {
     let folder = programs().parent()?.join("debug");
-    folder.join("luxpipe").is_file().then_some(folder)
+    let built = fs::metadata(folder.join("luxpipe")).ok()?.modified().ok()?;
+    let all = glob::glob(&root().join("src/**/*.rs").display().to_string()).ok()?;
+    let newer = |file: PathBuf| fs::metadata(file).and_then(|m| m.modified()).is_ok_and(|t| t > built);
+    (!all.flatten().any(newer)).then_some(folder)
 }
 
 /// What a debug build makes of the same work; renderers are equal within a build only.

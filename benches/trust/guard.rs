@@ -1,6 +1,6 @@
 //! What damage a file can show by itself: the bytes of its pixels, and whether they carry a checksum. A flipped bit of a raw float
 //! or of an unprotected run is another number, which no reader can know; a file that is cut, prolonged or shifted has another length,
-//! which every reader can; deflated pixels (PNG, ZIP in OpenEXR, Pixar log) carry a sum besides.
+//! which every reader can (run lengths that fall into step again excepted); deflated pixels (PNG, ZIP in OpenEXR, Pixar log) carry a sum besides.
 
 use std::ops::Range;
 
@@ -88,7 +88,7 @@ fn stream(bytes: &[u8]) -> Option<Guard> {
     let words: Vec<&str> = std::str::from_utf8(bytes.get(end..pixels.start)?).ok()?.split_whitespace().collect();
     let runs = match words[..] {
         [_, height, _, width] if bytes.get(pixels.start..pixels.start + 2) == Some(&[2, 2]) => {
-            Some([width.parse().ok()?, height.parse().ok()?])
+            width.parse().ok().zip(height.parse().ok()).map(|(w, h)| [w, h])
         }
         _ => None,
     };

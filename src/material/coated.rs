@@ -42,7 +42,7 @@ impl Coated {
         };
         let inside = 1.0 - (1.0 - albedo.mean()) / (index * index);
         let polar = Polar::Boundary { eta: index, through: false };
-        Coated { paint, index, rough, base: Complement(Arc::new(albedo)), inside, polar, two_sided }
+        Coated { paint, index, rough, base: Complement::new(albedo), inside, polar, two_sided }
     }
 }
 
@@ -51,7 +51,7 @@ impl Material for Coated {
         if !(site.front || self.two_sided) {
             return;
         }
-        let (albedo, polar) = (self.base.0.at(out.z), Some(&self.polar));
+        let (albedo, polar) = (self.base.albedo.at(out.z), Some(&self.polar));
         match &self.rough {
             Some(ggx) => {
                 let (tint, odds) = (Tint::None, albedo.max(1e-4));

@@ -38,7 +38,7 @@ impl Conductor {
     pub fn new(index: u32, mean: u32, alpha: f32, two_sided: bool) -> Conductor {
         let rough = (alpha >= SMOOTH).then(|| {
             let ggx = Ggx { alpha, eta: None };
-            (ggx, Complement(Arc::new(Albedo::of(&ggx))))
+            (ggx, Complement::new(Albedo::of(&ggx)))
         });
         let polar = Polar::Index { index, eta: 1.0, front: true, through: false };
         Conductor { index, mean, rough, polar, two_sided }
@@ -56,9 +56,9 @@ impl Material for Conductor {
             lobes.push(Lobe { kernel: &BACK, tint: metal, factor: 1.0, odds: 1.0, polar });
             return;
         };
-        let albedo = rest.0.at(out.z);
+        let albedo = rest.albedo.at(out.z);
         lobes.push(Lobe { kernel: ggx, tint: metal, factor: 1.0, odds: albedo, polar });
-        let tint = Tint::Repeated { mean: self.mean, albedo: rest.0.mean() };
+        let tint = Tint::Repeated { mean: self.mean, albedo: rest.albedo.mean() };
         lobes.push(Lobe { kernel: rest, tint, factor: 1.0, odds: (1.0 - albedo).max(1e-3), polar: None });
     }
 }

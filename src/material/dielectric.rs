@@ -124,7 +124,7 @@ impl Material for Dielectric {
                 (Tint::Facet { index: *index, front, cos_half: 1.0 }, Tint::Squeezed { index: *index, front })
             }
         };
-        let (all, sent) = (pits.lost.0.at(out.z), pits.share.at(out.z));
+        let (all, sent) = (pits.lost.albedo.at(out.z), pits.share.at(out.z));
         let (rest, goes_on) = ((1.0 - all).max(0.0), (all - sent).max(0.01));
         lobes.push(Lobe { kernel: &pits.back, tint: back_tint, factor: 1.0, odds: sent.max(0.01), polar: back });
         lobes.push(Lobe { kernel: &*side.on, tint: on_tint, factor: 1.0, odds: goes_on, polar: on });

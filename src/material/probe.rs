@@ -81,6 +81,21 @@ impl Sample<'_> {
         sums
     }
 
+    /// The single directions that light comes from for light that leaves along `out` at one wavelength, and their shares of its
+    /// radiance: mirrors, orders of gratings, straight and bent ways.
+    pub fn ways(&self, out: Vec3A, nm: f64) -> Vec<(Vec3A, f64)> {
+        let mut lobes = Lobes::default();
+        self.material.lobes(&self.site, out, &mut lobes);
+        let way = |lobe: &Lobe| {
+            let single = lobe.kernel.at(nm as f32);
+            let kernel: &dyn Kernel = single.as_ref().map_or(lobe.kernel, |s| s);
+            let turn = kernel.is_specular().then(|| kernel.sample(out, [0.5; 2])).flatten()?;
+            let tint = lobe.tint.turned(out, turn.inc).at(nm, self.inks, self.srgb);
+            Some((turn.inc, f64::from(lobe.factor * turn.weight * tint)))
+        };
+        lobes.iter().filter_map(way).collect()
+    }
+
     /// Mueller matrix of a rough lobe's scattering, in 1/sr, between two directions: x along out x inc, before and after.
     pub fn scattering_mueller(&self, out: Vec3A, inc: Vec3A, nm: f64) -> [[f64; 4]; 4] {
         let mut lobes = Lobes::default();

@@ -10,13 +10,17 @@
 //! | diffuse on | | | colour (1 - specular) t (1 - ts) |
 //!
 //! The highlight is [`crate::material::kernel::ward`]'s; with roughness 0 it is a mirror's, and where `specular` is at least
-//! 0.018 its colour c goes to c + F (1 - c), F = exp(-5.85 cos) - 0.00202943064, Radiance's approximation to Fresnel's.
+//! 0.018 its colour c goes to c + F (1 - c), F = exp(-5.85 cos) - 0.00202943064, Radiance's approximation to Fresnel's. There the
+//! rest stays as it is, so that light grows at grazing angles; here it pays, on the way in as on the way out:
+//! [`crate::material::kernel::complement`]'s form with F for E.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use glam::Vec3A;
 
 use crate::Result;
+use crate::material::albedo::Albedo;
+use crate::material::kernel::complement::Complement;
 use crate::material::kernel::lambert::Lambert;
 use crate::material::kernel::lobe::Onward;
 use crate::material::kernel::specular::Specular;
@@ -33,6 +37,17 @@ static UP: Lambert = Lambert { through: false };
 static DOWN: Lambert = Lambert { through: true };
 static BACK: Specular = Specular::Mirror;
 static ON: Specular = Specular::Straight;
+
+/// What a smooth highlight leaves to the rest, back and through.
+static RAISED: LazyLock<[Complement; 2]> = LazyLock::new(|| {
+    let back = Complement::new(Albedo::from_fn(raised));
+    [back.clone(), Complement { through: true, ..back }]
+});
+
+/// What a smooth highlight is raised by at an angle.
+fn raised(cos: f32) -> f32 {
+    ((-5.85 * cos).exp() - 0.002_029_430_6).max(0.0)
+}
 
 /// Radiance's "normal" material.
 pub struct Normal {
@@ -62,20 +77,22 @@ impl Normal {
 impl Material for Normal {
     fn lobes<'a>(&'a self, site: &Site, out: Vec3A, lobes: &mut Lobes<'a>) {
         let colour = Tint::Base(self.paint.at(site));
-        // Radiance raises a smooth highlight towards 1 and leaves the rest as it is, so that light would grow at grazing
-        // angles; here the rest pays for it.
         let smooth = self.ward.is_none() && self.specular >= RAISED_FROM;
-        let raise = if smooth { ((-5.85 * out.z).exp() - 0.002_029_430_6).max(0.0) } else { 0.0 };
-        let rest = (1.0 - self.specular) * (1.0 - raise);
-        let mut push =
-            |kernel: &'a dyn Kernel, tint, factor| lobes.push(Lobe { kernel, tint, factor, odds: factor, polar: None });
+        let raise = if smooth { raised(out.z) } else { 0.0 };
+        let rest = 1.0 - self.specular;
+        let mut push = |kernel: &'a dyn Kernel, tint, factor, share: f32| {
+            lobes.push(Lobe { kernel, tint, factor, odds: factor * share, polar: None });
+        };
         let highlight = self.ward.as_ref().map_or(&BACK as &dyn Kernel, |w| w);
-        push(highlight, if self.metal { colour } else { Tint::None }, self.specular * (1.0 - raise));
-        push(&BACK, Tint::None, raise);
-        push(&UP, colour, rest * (1.0 - self.transmitted));
+        push(highlight, if self.metal { colour } else { Tint::None }, self.specular * (1.0 - raise), 1.0);
+        push(&BACK, Tint::None, raise, 1.0);
+        let (up, down): (&dyn Kernel, &dyn Kernel) = if smooth { (&RAISED[0], &RAISED[1]) } else { (&UP, &DOWN) };
+        push(up, colour, rest * (1.0 - self.transmitted), 1.0 - raise);
         let on = rest * self.transmitted;
-        push(&DOWN, colour, on * (1.0 - self.transmitted_specular));
-        push(self.onward.as_ref().map_or(&ON as &dyn Kernel, |o| o), colour, on * self.transmitted_specular);
+        push(down, colour, on * (1.0 - self.transmitted_specular), 1.0 - raise);
+        // Straight on both ends have one angle.
+        let straight = on * self.transmitted_specular * (1.0 - raise);
+        push(self.onward.as_ref().map_or(&ON as &dyn Kernel, |o| o), colour, straight, 1.0);
     }
 
     fn is_clear(&self) -> bool {

@@ -56,7 +56,7 @@ pub fn holds(cases: u32, law: impl Fn(&mut Chance)) {
     let config = Config { cases, failure_persistence: None, max_shrink_iters: 256, ..Config::default() };
     let mut runner =
         TestRunner::new_with_rng(config, proptest::test_runner::TestRng::deterministic_rng(Default::default()));
-    let numbers = prop::collection::vec(0f64..1.0, 64);
+    let numbers = prop::collection::vec(0f64..1.0, 509);
     let tried = runner.run(&numbers, |numbers| {
         law(&mut Chance { numbers, next: 0 });
         Ok(())

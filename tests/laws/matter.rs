@@ -22,7 +22,8 @@ struct Matter {
 
 /// Any material of a kind.
 fn any(kind: &str, c: &mut Chance) -> Matter {
-    let roughness = c.share();
+    // A fifth of them is smooth.
+    let roughness = c.between(-0.25, 1.0).max(0.0);
     let index = c.between(1.02, 2.4);
     let axis = c.direction();
     let paint = c.spectrum(0.0, 1.0);
@@ -146,5 +147,49 @@ fn matter_is_reciprocal() {
                 assert!((f - g).abs() <= 3e-3 * g.abs().max(1e-2), "{kind}: {f} {g} through\n{}", matter.keys);
             }
         });
+    }
+}
+
+/// So it is with single ways, mirrored, straight or bent: who looks along where the light came from sees as much of what comes from where
+/// the eye was.
+#[test]
+fn single_ways_go_both_ways() {
+    let mut seen = Vec::new();
+    for (kind, _) in KINDS.iter().filter(|k| k.0 != "fluorescent") {
+        let found = std::cell::Cell::new(0);
+        holds(8, |c| {
+            let matter = any(kind, c);
+            let (out, nm) = (above(c), *c.of(&WAVELENGTHS));
+            let mut ways = Vec::new();
+            with(kind, &matter, |sample| {
+                if sample.site.front {
+                    ways = sample.ways(out, nm);
+                }
+            });
+            let along = |ways: &[(Vec3A, f64)], d: Vec3A| {
+                ways.iter().filter(|w| w.0.distance(d) < 1e-3).map(|w| w.1).sum::<f64>()
+            };
+            for inc in ways.iter().filter(|w| w.1 > 1e-6).map(|w| w.0) {
+                let share = along(&ways, inc);
+                let through = inc.z < 0.0;
+                // Seen from the back x stays and y and z turn over.
+                let over = |v: Vec3A| if through { Vec3A::new(v.x, -v.y, -v.z) } else { v };
+                // Radiance beyond a boundary is squeezed, there and back.
+                let squeeze = if through && *kind == "dielectric" { matter.index.powi(4) } else { 1.0 };
+                with(kind, &matter, |sample| {
+                    if sample.site.front == through {
+                        return;
+                    }
+                    let back = along(&sample.ways(over(inc), nm), over(out));
+                    let near = (back - share * squeeze).abs() <= 2e-3 * back.max(0.01);
+                    assert!(near, "{kind} at {nm} nm: {share} there, {back} back, {out} to {inc}\n{}", matter.keys);
+                });
+                found.set(found.get() + 1);
+            }
+        });
+        seen.push((*kind, found.get()));
+    }
+    for kind in ["mirror", "glass", "dielectric", "film", "grating", "boundary", "polarizer", "retarder"] {
+        assert!(seen.iter().any(|s| s.0 == kind && s.1 > 0), "{kind} has no single ways: {seen:?}");
     }
 }

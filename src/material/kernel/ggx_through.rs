@@ -2,8 +2,6 @@
 //! f = |o.h| |i.h| / (|o.n| |i.n|) (1 - F) G D / (o.h + eta i.h)^2, h = -(out + eta inc) on the side of `out`, eta the index on the
 //! side of `inc` over that of `out`. Radiance follows n^2.
 
-use std::sync::Arc;
-
 use glam::Vec3A;
 
 use super::bend::Index;
@@ -148,7 +146,7 @@ pub struct Rest {
 
 impl Rest {
     fn over_pi(&self, out: Vec3A, inc: Vec3A) -> f32 {
-        self.k * (1.0 - self.out.0.at(out.z)) * (1.0 - self.inc.0.at(-inc.z))
+        self.k * (1.0 - self.out.albedo.at(out.z)) * (1.0 - self.inc.albedo.at(-inc.z))
     }
 }
 
@@ -173,7 +171,7 @@ impl Kernel for Rest {
 /// that `share through x mean lost x n^2` is the same from either side; it is as near to a smooth boundary's as both allow.
 pub fn rests(lost: [&Complement; 2], index: f32) -> ([Rest; 2], [f32; 2]) {
     let squared = [1.0, index * index];
-    let mean = [0, 1].map(|i| (1.0 - lost[i].0.mean()).max(1e-9));
+    let mean = [0, 1].map(|i| (1.0 - lost[i].albedo.mean()).max(1e-9));
     let open = [index, 1.0 / index].map(|eta| 1.0 - fresnel::diffuse(eta.into()) as f32);
     let c = (mean[0] * squared[0] * open[0]).min(mean[1] * squared[1] * open[1]);
     let share = [0, 1].map(|i| c / (mean[i] * squared[i]));
@@ -187,5 +185,5 @@ pub fn shares(alpha: f32, eta: f32) -> (Albedo, Complement) {
     let (back, on) = (Ggx { alpha, eta: Some(eta) }, GgxThrough { alpha, eta });
     // By reciprocity: radiance from beyond is eta^2 times as much.
     let all = Albedo::of_all(&[(&back, 1.0), (&on, eta * eta)]);
-    (Albedo::of(&back), Complement(Arc::new(all)))
+    (Albedo::of(&back), Complement::new(all))
 }
