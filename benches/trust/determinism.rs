@@ -22,6 +22,8 @@ pub fn section(demands: &mut Demands) -> std::io::Result<()> {
         here.lines().find_map(|l| l.strip_prefix("processors").map(|l| l.trim().to_string())).unwrap_or_default();
     let what = format!("every program and method without AVX, with AVX2, with all there is ({here})");
     row(&what, demands, |d| widths(folder.path(), d))?;
+    let what = format!("the same with a C library without AVX2 and FMA, within {ROUNDING}");
+    row(&what, demands, |d| libraries(folder.path(), d))?;
     match other_build() {
         Some(debug) => row("every filter of a debug build", demands, |d| builds(folder.path(), &debug, d)),
         None => {
@@ -118,21 +120,62 @@ fn methods(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
     Ok(compared)
 }
 
-/// What each instruction set makes of the same work: see src/simd.rs.
-fn widths(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+/// A work of every method and every program.
+fn everything(folder: &Path) -> std::io::Result<Vec<String>> {
     let mut all = works();
     for s in subjects::all().iter().filter(|s| s.streams) {
         all.push(format!("{} --quiet", s.command(s.input, "result", folder)?));
     }
+    Ok(all)
+}
+
+/// What each instruction set makes of the same work: see src/simd.rs.
+fn widths(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
     let mut compared = 0;
-    for work in all {
-        // The C library chooses for itself by the processor.
-        let library = "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4";
+    for work in everything(folder)? {
         let commands = ["widest", "avx2", "plain"].map(|set| format!("LUXPIPE_SIMD={set} {work}"));
-        let commands = [&commands[..], &[format!("{library} {}", commands[2])]].concat();
         compared += equal(&work, &commands, folder, demands)?;
     }
     Ok(compared)
+}
+
+/// Part of a value that another C library may leave.
+const ROUNDING: f32 = 1e-6;
+
+/// What comes of it all where the C library, which chooses for itself by the processor, has no AVX2 and FMA: its exp and pow differ in
+/// the last bit of a double.
+fn libraries(folder: &Path, demands: &mut Demands) -> std::io::Result<usize> {
+    let all = everything(folder)?;
+    for work in &all {
+        let result = |variables: &str| -> std::io::Result<Vec<u8>> {
+            let _ = fs::remove_file(folder.join("result"));
+            shell(&format!("{variables} {work}"), folder)?;
+            Ok(fs::read(folder.join("result")).unwrap_or_default())
+        };
+        let here = result("")?;
+        let command = "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4 LUXPIPE_SIMD=plain";
+        let there = result(command)?;
+        if here.is_empty() || !near(&here, &there) {
+            demands.broken(&format!("{work}: beyond {ROUNDING} of other numbers"), &format!("{command} {work}"));
+        }
+    }
+    Ok(all.len())
+}
+
+/// Equal bytes, or streams of floats with one header whose values lie within [`ROUNDING`] of each other.
+fn near(a: &[u8], b: &[u8]) -> bool {
+    let floats = |bytes: &[u8]| -> Option<(Vec<u8>, Vec<f32>)> {
+        let head = bytes.windows(2).position(|w| w == b"\n\n")? + 2;
+        let head = head + bytes[head..].iter().position(|c| *c == b'\n')? + 1;
+        let values = bytes[head..].as_chunks::<4>().0.iter().map(|c| f32::from_le_bytes(*c)).collect();
+        bytes[..head].windows(12).any(|w| w == b"FORMAT=float").then(|| (bytes[..head].to_vec(), values))
+    };
+    let within = |x: &f32, y: &f32| (x - y).abs() <= ROUNDING * x.abs();
+    let alike = || {
+        let ((head, values), (other, others)) = floats(a).zip(floats(b))?;
+        Some(head == other && values.len() == others.len() && values.iter().zip(&others).all(|(x, y)| within(x, y)))
+    };
+    a == b || alike() == Some(true)
 }
 
 /// The folder of a debug build beside this one, if it is not older than the sources.
