@@ -109,7 +109,7 @@ fn png(bytes: &[u8]) -> Option<Guard> {
         }
         at += 12 + length;
     }
-    Some(Guard { pixels, summed: true, runs: None })
+    Some(Guard { pixels, summed: true, ..Guard::default() })
 }
 
 /// One part of scan lines; others are not guarded.
@@ -136,7 +136,7 @@ fn exr(bytes: &[u8]) -> Option<Guard> {
     // Only ZIPS and ZIP carry a sum, PXR24 too; a chunk that did not become smaller is kept as it is.
     let deflated = |r: &Range<usize>| bytes.get(r.start) == Some(&0x78) || bytes.get(r.start) == Some(&0x08);
     let summed = [2, 3].contains(&compression) && pixels.iter().all(deflated);
-    Some(Guard { pixels, summed, runs: None })
+    Some(Guard { pixels, summed, ..Guard::default() })
 }
 
 fn tiff(bytes: &[u8]) -> Option<Guard> {
@@ -153,5 +153,5 @@ fn tiff(bytes: &[u8]) -> Option<Guard> {
     };
     let pixels = list(273)?.into_iter().zip(list(279)?).map(|(at, n)| at..at + n).collect();
     let pixar = list(259)? == [32909];
-    Some(Guard { pixels, summed: pixar, runs: None })
+    Some(Guard { pixels, summed: pixar, ..Guard::default() })
 }

@@ -128,7 +128,7 @@ pplot < tests/data/radiance_office.hdr > histogram.svg";
         };
         self.dress(&mut chart)?;
         let (sheet, remarks) = chart.draw(self.width, self.height)?;
-        remarks.into_iter().for_each(|r| run.notes.add(r));
+        run.notes.extend(&remarks);
         let binary = self.kind == Some(Kind::Png);
         let write = Box::new(move |out: &mut Output| match self.kind.map_or_else(|| kind_of(out), Ok)? {
             Kind::Svg => out.write_all(sheet.svg().as_bytes()).map_err(|e| out.error(e)),

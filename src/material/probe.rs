@@ -69,13 +69,9 @@ impl Sample<'_> {
         self.material.lobes(&self.site, out, &mut lobes);
         let mut sums = [[[0.0; 4]; 4]; 2];
         for lobe in lobes.iter().filter(|l| l.kernel.is_specular()) {
-            let single = lobe.kernel.at(nm as f32);
-            let kernel: &dyn Kernel = single.as_ref().map_or(lobe.kernel, |s| s);
-            let Some(turn) = kernel.sample(out, [0.5; 2]) else { continue };
-            let tint = lobe.tint.turned(out, turn.inc);
-            let share = f64::from(lobe.factor * turn.weight * tint.at(nm, self.inks, self.srgb));
+            let Some((_, share)) = self.way(lobe, out, nm) else { continue };
             let matrix = self.matrix(lobe, out.z, nm);
-            let sum = &mut sums[usize::from(kernel.transmits())];
+            let sum = &mut sums[usize::from(lobe.kernel.transmits())];
             sum.iter_mut().flatten().zip(matrix.iter().flatten()).for_each(|(s, m)| *s += share * m);
         }
         sums
@@ -86,14 +82,17 @@ impl Sample<'_> {
     pub fn ways(&self, out: Vec3A, nm: f64) -> Vec<(Vec3A, f64)> {
         let mut lobes = Lobes::default();
         self.material.lobes(&self.site, out, &mut lobes);
-        let way = |lobe: &Lobe| {
-            let single = lobe.kernel.at(nm as f32);
-            let kernel: &dyn Kernel = single.as_ref().map_or(lobe.kernel, |s| s);
-            let turn = kernel.is_specular().then(|| kernel.sample(out, [0.5; 2])).flatten()?;
-            let tint = lobe.tint.turned(out, turn.inc).at(nm, self.inks, self.srgb);
-            Some((turn.inc, f64::from(lobe.factor * turn.weight * tint)))
-        };
-        lobes.iter().filter_map(way).collect()
+        let single = lobes.iter().filter(|l| l.kernel.is_specular());
+        single.filter_map(|lobe| self.way(lobe, out, nm)).collect()
+    }
+
+    /// The way of a lobe that has one only, and its share.
+    fn way(&self, lobe: &Lobe, out: Vec3A, nm: f64) -> Option<(Vec3A, f64)> {
+        let single = lobe.kernel.at(nm as f32);
+        let kernel: &dyn Kernel = single.as_ref().map_or(lobe.kernel, |s| s);
+        let turn = kernel.sample(out, [0.5; 2])?;
+        let tint = lobe.tint.turned(out, turn.inc).at(nm, self.inks, self.srgb);
+        Some((turn.inc, f64::from(lobe.factor * turn.weight * tint)))
     }
 
     /// Mueller matrix of a rough lobe's scattering, in 1/sr, between two directions: x along out x inc, before and after.
