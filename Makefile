@@ -52,7 +52,7 @@ bench:
 bench-rays:
 	$(CARGO) bench --locked --bench rays
 
-# spectrace beside the Mitsuba of MITSUBA_PYTHON (docs/performance.md); PART=cornell, mesh, fog, bands or cost for one part.
+# spectrace beside the Mitsuba of MITSUBA_PYTHON (docs/performance.md); PART=cornell, mesh, fog, bands, cost or pools for one.
 bench-render:
 	$(CARGO) bench --locked --bench render -- $(PART)
 

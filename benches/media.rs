@@ -38,7 +38,7 @@ fn root() -> PathBuf {
 }
 
 fn by_path() -> Choice {
-    Choice::Path(path::Options { max_bounces: u32::MAX, split: 4 })
+    Choice::Path(path::Options { max_bounces: u32::MAX, split: 4, pool: false })
 }
 
 fn by_march(step: f32, zones: Option<(u32, u32)>) -> Choice {

@@ -72,7 +72,7 @@ fn error(got: &[f64], truth: &[f64]) -> f64 {
 }
 
 fn by_path() -> Choice {
-    Choice::Path(path::Options { max_bounces: u32::MAX, split: 1 })
+    Choice::Path(path::Options { max_bounces: u32::MAX, split: 1, pool: false })
 }
 
 fn by_local(ambient: local::Term) -> Choice {

@@ -1,7 +1,7 @@
 //! spectrace beside Mitsuba 3 in one run, on two threads each, at 128 x 128 pixels: errors at equal time, noise of 80 bands at
 //! equal time, and what more bands cost.
 //!
-//! `make bench-render`, or one part: `cargo bench --bench render -- cornell` (or mesh, fog, bands, cost). The peer is the Mitsuba of the
+//! `make bench-render`, or one part: `cargo bench --bench render -- cornell` (or mesh, fog, bands, cost, pools). The peer is the Mitsuba of the
 //! Python that MITSUBA_PYTHON names; docs/performance.md says how to get one that works. Time is CPU seconds of all threads, so
 //! that what else runs on the machine counts for neither: ten seconds on two processors are 20. Ours are counted whole,
 //! Mitsuba's without loading the scene and compiling its kernels. The long renders that errors are measured against stay
@@ -20,7 +20,7 @@ use std::path::Path;
 
 use beside::{median, processor, ratio};
 use programs::{Made, Programs, SIZE, THREADS};
-use score::{Errors, Reference, Renders, noise};
+use score::{Errors, Reference, Renders, noise, relative_noise};
 
 /// Seconds on all threads that errors are compared at.
 const SECONDS: f64 = 10.0;
@@ -67,6 +67,10 @@ fn main() -> std::io::Result<()> {
     }
     if wanted("cost") {
         cost(&programs);
+    }
+    if wanted("pools") {
+        shapes::write(&shapes::meshes(&programs.root.join("scenes/mesh"))?, &programs.root.join("out/mesh"))?;
+        pools(&programs);
     }
     Ok(())
 }
@@ -197,6 +201,31 @@ fn bands(programs: &Programs) -> std::io::Result<()> {
         row(&format!("80 bands: Mitsuba {sampler}, time to our noise / ours"), times, Some(40.0), true);
     }
     Ok(())
+}
+
+/// Time to the same error with pooled paths over that of paths alone: of Y, and of Y relative to each pixel's own; errors fall as
+/// the root of time.
+fn pools(programs: &Programs) {
+    let (parts, samples) = (6, 64);
+    for scene in ["cornell", "mesh", "room-c", "glossy", "tower", "materials"] {
+        let (counts, _) = counting(programs, scene);
+        let mut both = [("", Vec::new()), ("--no-pool", Vec::new())];
+        for seed in 0..parts {
+            // Neighbouring runs.
+            both.iter_mut().for_each(|(options, made)| made.push(programs.ours(scene, samples, seed, options)));
+        }
+        let [pooled, alone] = both.map(|(_, made)| {
+            let cpu = median(made.iter().map(|m| m.cpu));
+            let renders =
+                Renders { channels: 3, pictures: made.into_iter().flat_map(|m| m.renders.pictures).collect() };
+            (cpu, [noise(&renders, &counts), relative_noise(&renders, &counts)])
+        });
+        row(&format!("pools: {scene}, {samples} samples, CPU s / alone's"), pooled.0 / alone.0, None, false);
+        for (what, i) in [("error of Y", 0), ("error relative to each pixel's Y", 1)] {
+            let times = (pooled.1[i] / alone.1[i]).powi(2) * pooled.0 / alone.0;
+            row(&format!("pools: {scene}, time to the same {what} / alone's"), times, None, false);
+        }
+    }
 }
 
 /// CPU seconds with 16 and 80 bands over those with 3, the same paths; medians of neighbouring runs.

@@ -32,6 +32,15 @@ impl Renders {
 }
 
 impl Renders {
+    /// Variance of the mean of the sum of a component over some pixels, from how that sum differs.
+    fn variance_of_sum(&self, pixels: &[usize], component: usize) -> f64 {
+        let of = |p: &Vec<f32>| pixels.iter().map(|i| f64::from(p[i * self.channels + component])).sum::<f64>();
+        let sums: Vec<f64> = self.pictures.iter().map(of).collect();
+        let n = sums.len() as f64;
+        let mean = sums.iter().sum::<f64>() / n;
+        sums.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (n - 1.0) / n
+    }
+
     /// Root mean square of Y's standard error over the mean of Y, from how the pictures differ.
     pub fn noise_of_mean(&self) -> f64 {
         let y = |all: &[f64]| all.iter().skip(1).step_by(3).sum::<f64>() / (all.len() / 3) as f64;
@@ -106,7 +115,7 @@ impl Reference {
     }
 
     /// Others' renders against this one over blocks of 8 x 8 pixels that see no lamp: ratio of the means of Y, worst and mean
-    /// |z|, z the difference over both standard errors.
+    /// |z|, z the difference over both standard errors. Our pixels have noise in common, theirs have none.
     pub fn agreement(&self, others: &Renders, size: usize) -> [f64; 3] {
         let (mean, variance) = (others.mean(), others.variance());
         let (mut sums, mut worst, mut total, mut count) = ([0.0; 2], 0f64, 0.0, 0.0);
@@ -120,7 +129,7 @@ impl Reference {
             sums[0] += over(&mean, 1);
             sums[1] += over(&self.mean, 1);
             for c in 0..3 {
-                let spread = (over(&variance, c) + over(&self.variance, c)).sqrt();
+                let spread = (over(&variance, c) + self.renders.variance_of_sum(&pixels, c)).sqrt();
                 let z = (over(&mean, c) - over(&self.mean, c)).abs() / spread;
                 worst = worst.max(z);
                 total += z;
@@ -143,4 +152,12 @@ pub fn noise(renders: &Renders, counts: &[bool]) -> f64 {
     let mut all: Vec<f64> = lit.map(|c| over(&variance, c).sqrt() / light[c]).collect();
     all.sort_by(f64::total_cmp);
     all[all.len() / 2]
+}
+
+/// Root mean square over the pixels that count of the noise of Y in one of the renders, over that pixel's own Y.
+pub fn relative_noise(renders: &Renders, counts: &[bool]) -> f64 {
+    let (mean, variance, n) = (renders.mean(), renders.variance(), renders.pictures.len() as f64);
+    let lit = (0..counts.len()).filter(|p| counts[*p]).map(|p| 3 * p + 1).filter(|i| mean[*i] > 0.0);
+    let squares: Vec<f64> = lit.map(|i| n * variance[i] / (mean[i] * mean[i])).collect();
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }

@@ -58,7 +58,7 @@ fn shot(scene: &Arc<Scene>, few: Option<Arc<Few>>, max_bounces: u32, paths: u32)
     let rows = (0, scene.camera.as_ref().expect("a camera").height);
     let job = Job {
         quantity,
-        method: Choice::Path(path::Options { max_bounces, split: 4 }),
+        method: Choice::Path(path::Options { max_bounces, split: 4, pool: false }),
         effort: Work::Each(Effort::Paths(paths)),
         rows,
         progress: false,

@@ -137,6 +137,9 @@ pub struct Spectrace {
     /// Paths that go on from the first surface of each, or where it first scatters, and look at the lamps
     #[arg(long, value_name = "N", default_value_t = 4, help_heading = "Effort")]
     pub split: u32,
+    /// Each pixel's paths light that pixel alone: more noise, but none that pixels have in common
+    #[arg(long, help_heading = "Effort")]
+    pub no_pool: bool,
     /// As many paths as each pixel needs for this relative standard error of Y
     #[arg(long, value_name = "E", conflicts_with = "time", help_heading = "Effort")]
     pub error: Option<f64>,

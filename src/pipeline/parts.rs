@@ -8,6 +8,7 @@ use super::run::folders;
 use super::tree::{Node, Work};
 use crate::filter::Stage;
 use crate::options::{FormatOptions, quote};
+use crate::render::tile::BAND;
 use crate::{Result, filters, invalid};
 
 /// One command.
@@ -46,8 +47,13 @@ pub fn steps(job: &Job, pipeline: &Path, parts: usize) -> Result<Vec<Step>> {
     let parts = parts.min(rows);
     let folder = PathBuf::from(format!("{name}.parts"));
     let mut steps = Vec::new();
+    // Cut between tiles of pools, where the parts are high enough: what is cut is rendered for both.
+    let cut = |i: usize| match rows * i / parts {
+        at if i < parts && rows / parts >= BAND => at - at % BAND,
+        at => at,
+    };
     for i in 0..parts {
-        let (from, to) = (rows * i / parts, rows * (i + 1) / parts);
+        let (from, to) = (cut(i), cut(i + 1));
         let target = folder.join(format!("{from}-{to}.lux"));
         let words = stage.part_words((from, to), &target.display().to_string());
         let name = format!("{name}, rows {from} to {to}");

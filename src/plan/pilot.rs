@@ -115,7 +115,7 @@ impl Pilot {
         paths: u32,
         max_bounces: u32,
     ) -> Result<Vec<[f64; 3]>> {
-        let estimate = self.estimate(scene, few, Some(max_bounces), 1)?;
+        let estimate = self.estimate(scene, few, path::Options { max_bounces, split: 1, pool: false })?;
         parallel::ready();
         let some = |probes: &[Probe]| {
             let mut out = vec![0f32; 3 * probes.len()];
@@ -130,10 +130,8 @@ impl Pilot {
         &self,
         scene: &Arc<Scene>,
         few: Option<&Arc<Few>>,
-        max_bounces: Option<u32>,
-        split: u32,
+        options: path::Options,
     ) -> Result<Arc<dyn Estimate>> {
-        let max_bounces = max_bounces.unwrap_or(self.max_bounces);
         let quantity = match few {
             Some(few) => few.clone().quantity(SEED)?,
             None => {
@@ -143,7 +141,7 @@ impl Pilot {
                 Quantity { sampling, range_nm, what: What::Xyz, seed: SEED, few: None }
             }
         };
-        estimator(scene.clone(), &quantity, &Choice::Path(path::Options { max_bounces, split }))
+        estimator(scene.clone(), &quantity, &Choice::Path(options))
     }
 }
 

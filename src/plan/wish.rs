@@ -10,6 +10,7 @@ use crate::plan::pilot::{Flight, Pilot};
 use crate::plan::products::{self, SAFETY};
 use crate::plan::survey::{Lit, Survey};
 use crate::render::few::Few;
+use crate::render::path;
 use crate::render::picture::paths_within;
 use crate::scene::Scene;
 use crate::spectral::builtin;
@@ -177,9 +178,12 @@ impl Wish {
                 return usage!("--time needs a pilot, and a scene with a [camera]");
             };
             let few = plan.chosen.as_ref().map(|c| &c.1);
-            let estimate = pilot.estimate(&scene, few, plan.depth.map(|d| d.max_bounces), SPLIT)?;
+            let most = plan.depth.map(|d| d.max_bounces).or(scene.max_bounces).unwrap_or(u32::MAX);
+            let options = path::Options { max_bounces: most, split: SPLIT, pool: true };
+            let estimate = pilot.estimate(&scene, few, options)?;
+            let size = (camera.width, camera.height);
             let (time, trial_s) = (Duration::from_secs_f64(seconds), (0.05 * seconds).min(TRIAL_S));
-            plan.samples = Some(paths_within(&*estimate, time, trial_s, (camera.width, 0, camera.height)));
+            plan.samples = Some(paths_within(&*estimate, time, trial_s, size, (0, camera.height)));
         }
         Ok(plan)
     }

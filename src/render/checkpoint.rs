@@ -1,6 +1,6 @@
 //! Rows of a picture kept in a file while it is rendered, so that a killed render goes on where it was.
 //!
-//! The file is a line `luxpipe checkpoint 1 FINGERPRINT`, then blocks: number of the first row and number of values (u64,
+//! The file is a line `luxpipe checkpoint 2 FINGERPRINT`, then blocks: number of the first row and number of values (u64,
 //! little endian), a check sum (u64) and the values (f32). A block that was cut off or does not add up ends the file's use;
 //! what follows is rendered again. The fingerprint stands for the scene, the options and the program: with another one the
 //! file is refused.
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use crate::{Error, Result};
 
-const MAGIC: &str = "luxpipe checkpoint 1";
+const MAGIC: &str = "luxpipe checkpoint 2";
 
 /// An open checkpoint file.
 pub struct Checkpoint {

@@ -21,8 +21,10 @@ use crate::render::lanes::{GROUP, Lanes};
 use crate::render::layers::Layers;
 use crate::render::method::{Choice, Method};
 use crate::render::plane;
+use crate::render::pool::{MEMBERS, Pool};
 use crate::render::sampler::Sampler;
-use crate::render::trail::{Arrived, Trail};
+use crate::render::tile::{Deal, Tile};
+use crate::render::trail::{Arrived, Trail, find};
 use crate::render::wavelengths::Carried;
 use crate::scene::{Scene, ray};
 use crate::simd;
@@ -32,6 +34,8 @@ use crate::{Error, Result, invalid};
 
 /// The pairs of a sampler's numbers that diffraction at the eye's opening takes.
 const PUPIL: u32 = 0x4000_0010;
+/// Tells who meets whom in pools from where their paths go.
+const POOLS: u32 = 0xa511_e9b3;
 /// Independent randomisations that tell the error.
 pub const REPLICATES: u32 = 8;
 /// Paths that each of them takes at first.
@@ -142,6 +146,12 @@ pub trait Estimate: Send + Sync {
 
     /// Measures neighbours, at most [`NEIGHBOURS`] of them; `out` holds their components one after the other.
     fn measure(&self, probes: &[Probe], effort: Effort, out: &mut [f32]) -> [Quality; NEIGHBOURS];
+
+    /// The paths of pixels are pooled by [`Estimate::tile`].
+    fn pools(&self) -> bool;
+
+    /// The same of a rectangle of pixels, row by row, by so many paths each, which are pooled among pixels near each other.
+    fn tile(&self, tile: &Tile, paths: u32, out: &mut [f32]);
 
     /// Says at the end how well it went.
     fn report(&self, notes: &Notes);
@@ -285,6 +295,14 @@ impl Paths {
         Some((origin, (direction + (s * a + t * b) * sin as f32).normalize()))
     }
 
+    /// Follows one path of a pixel as a member of a pool.
+    fn pool(&self, (x, y): (u32, u32), index: u32, trail: &mut Trail, pool: &mut Pool) {
+        let sampler = Sampler::new(x, y, index, self.seed);
+        if let Some((origin, direction)) = self.eye(x, y, &sampler, trail) {
+            self.method.pooled(origin, direction, &sampler, trail, pool);
+        }
+    }
+
     /// Follows one path and leaves its trail.
     fn trace(&self, probe: &Probe, index: u32, replicate: u32, trail: &mut Trail) {
         let seed = self.seed ^ replicate.wrapping_mul(0x9e37_79b9);
@@ -320,6 +338,15 @@ struct Desk<const G: usize, B> {
     arrived: Arrived<G, B>,
 }
 
+/// Room for a pool to work in.
+struct Crew<const G: usize, B> {
+    pool: Pool,
+    trails: [Trail; MEMBERS],
+    /// What each member has of its tails.
+    pooled: [Vec<(u32, B)>; MEMBERS],
+    arrived: Arrived<G, B>,
+}
+
 impl<const G: usize, F: Film<G>, B: Beam<G>> Estimator<G, F, B> {
     /// Paths `from..to` of all replicates.
     fn add(&self, probe: &Probe, (from, to): (u32, u32), sums: &mut [F::Pixel], desk: &mut Desk<G, B>) {
@@ -330,6 +357,38 @@ impl<const G: usize, F: Film<G>, B: Beam<G>> Estimator<G, F, B> {
                 self.expose(desk, sum);
             }
         }
+    }
+
+    /// One path of each member, pooled.
+    fn together(&self, tile: &Tile, members: &[usize], index: u32, sums: &mut [F::Pixel], crew: &mut Crew<G, B>) {
+        let stored = self.paths.method.stored();
+        let Crew { pool, trails, pooled, arrived } = crew;
+        pool.clear();
+        for (m, trail) in members.iter().zip(&mut *trails) {
+            trail.clear();
+            pool.enter();
+            self.paths.pool(tile.pixel(*m), index, trail, pool);
+        }
+        pool.connect(&self.paths.scene.geometry);
+        simd::wide(
+            #[inline(always)]
+            || {
+                for tail in pool.tails() {
+                    let found = arrived.follow(&tail.trail, &self.inks, stored);
+                    for (sums, weight) in pooled.iter_mut().zip(&tail.weights).filter(|p| *p.1 > 0.0) {
+                        for (light, beam) in found {
+                            find(sums, *light).add_scaled(beam, *weight);
+                        }
+                    }
+                }
+                for ((m, trail), pooled) in members.iter().zip(trails).zip(&mut *pooled) {
+                    for (light, factors) in arrived.follow_pooled(trail, &self.inks, stored, pooled) {
+                        self.film.expose(&mut sums[*m], *light, factors);
+                    }
+                    pooled.clear();
+                }
+            },
+        );
     }
 
     fn expose(&self, desk: &mut Desk<G, B>, sum: &mut F::Pixel) {
@@ -365,6 +424,31 @@ impl<const G: usize, F: Film<G>, B: Beam<G>> Estimate for Estimator<G, F, B> {
 
     fn report(&self, notes: &Notes) {
         self.paths.method.report(notes);
+    }
+
+    fn pools(&self) -> bool {
+        self.paths.method.pools()
+    }
+
+    fn tile(&self, tile: &Tile, paths: u32, out: &mut [f32]) {
+        let mut crew = Crew::<G, B> {
+            pool: Pool::default(),
+            trails: Default::default(),
+            pooled: std::array::from_fn(|_| Vec::new()),
+            arrived: Arrived::default(),
+        };
+        let mut sums = vec![self.film.black(); tile.pixels()];
+        let mut deal = Deal::default();
+        for index in 0..paths {
+            let sampler = Sampler::new(tile.x as u32, tile.y as u32, index, self.paths.seed ^ POOLS);
+            tile.deal(&sampler, &mut deal);
+            for members in deal.pools() {
+                self.together(tile, members, index, &mut sums, &mut crew);
+            }
+        }
+        for (sum, out) in sums.iter().zip(out.chunks_exact_mut(self.film.components())) {
+            self.film.develop(sum, 1.0 / f64::from(paths), out);
+        }
     }
 
     fn measure(&self, probes: &[Probe], effort: Effort, out: &mut [f32]) -> [Quality; NEIGHBOURS] {

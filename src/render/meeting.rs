@@ -18,6 +18,8 @@ pub struct Meeting {
     pub axes: [Vec3A; 3],
     /// To where the path came from, in this frame.
     pub out: Vec3A,
+    /// The shading normal is the surface's own, and what is known of the material so far shows the same from everywhere.
+    pub matt: bool,
     /// The medium behind the front, and whether the path came from before it.
     pub interior: Option<(u32, bool)>,
 }
@@ -28,12 +30,20 @@ impl Meeting {
         let side = if front { hit.normal } else { -hit.normal };
         let mut z = if front { shading } else { -shading };
         // An interpolated normal can turn away from who looks at it.
-        if z.dot(direction) > -1e-4 {
+        let turned = z.dot(direction) > -1e-4;
+        if turned {
             z = side;
         }
         let (x, y) = ray::frame(z);
-        let mut meeting =
-            Meeting { side, point: hit.point, reach: hit.reach, axes: [x, y, z], out: Vec3A::Z, interior: None };
+        let mut meeting = Meeting {
+            side,
+            point: hit.point,
+            reach: hit.reach,
+            axes: [x, y, z],
+            out: Vec3A::Z,
+            matt: !turned,
+            interior: None,
+        };
         meeting.out = meeting.local(-direction);
         meeting.out.z = meeting.out.z.max(1e-6);
         meeting
@@ -75,7 +85,7 @@ impl Meeting {
     /// A point that is off its surface, seen along the normal: where irradiance is asked for.
     pub fn facing(point: Vec3A, normal: Vec3A) -> Meeting {
         let (x, y) = ray::frame(normal);
-        Meeting { side: normal, point, reach: 0.0, axes: [x, y, normal], out: Vec3A::Z, interior: None }
+        Meeting { side: normal, point, reach: 0.0, axes: [x, y, normal], out: Vec3A::Z, matt: false, interior: None }
     }
 
     /// The bodies that a place beyond the surface is in, by those of a place on this side.

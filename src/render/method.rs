@@ -14,6 +14,7 @@ use crate::render::local::{self, Local};
 use crate::render::march::{self, March};
 use crate::render::path::{self, PathTracing};
 use crate::render::photon::{self, PhotonMap};
+use crate::render::pool::Pool;
 use crate::render::radiosity::{self, Radiosity};
 use crate::render::sampler::Sampler;
 use crate::render::stored::{NOTHING, Stored};
@@ -25,6 +26,16 @@ use crate::scene::Scene;
 pub trait Method: Send + Sync {
     /// Notes what comes along a ray, of unit direction: radiance.
     fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail);
+
+    /// Pools what the paths of neighbouring pixels find.
+    fn pools(&self) -> bool {
+        false
+    }
+
+    /// The same as [`Method::radiance`] for a member of a pool that has just entered it.
+    fn pooled(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail, _pool: &mut Pool) {
+        self.radiance(origin, direction, sampler, trail);
+    }
 
     /// Notes what falls on a point: irradiance over pi, as a white matt surface would show it.
     fn irradiance(&self, point: Vec3A, normal: Vec3A, sampler: &Sampler, trail: &mut Trail);

@@ -12,6 +12,7 @@ use crate::render::checkpoint::Checkpoint;
 use crate::render::estimate::{Effort, Estimate, NEIGHBOURS, Probe, Quality, Quantity, What, estimator};
 use crate::render::method::Choice;
 use crate::render::sampler::shared_well;
+use crate::render::tile::{Grid, Tile};
 use crate::scene::Scene;
 use crate::stream::meaning::{LAYER, LAYERS_OF, MOST_COMPONENTS};
 use crate::stream::{Block, Components, Header, Picture, Resolution, Units};
@@ -44,15 +45,18 @@ pub enum Work {
     Time(Duration),
 }
 
-/// Rows rendered at a time: enough pixels that all threads stay busy.
+/// Pixels rendered at a time, so many times the rows of a tile: enough that all threads stay busy.
 const PIXELS_A_BLOCK: usize = 8192;
-/// The same where rows are kept: a kill loses no more than these.
+/// The same where rows are kept: a kill loses no more than these, or one row of tiles.
 const PIXELS_KEPT: usize = 512;
+/// Numbers rendered at a time at most, but for a row of tiles.
+const MOST_VALUES: usize = 1 << 22;
 
 /// A render in progress.
 struct Rendering {
     header: Header,
     width: usize,
+    grid: Grid,
     row: usize,
     end: usize,
     first: usize,
@@ -148,7 +152,7 @@ pub fn render(
     let (effort, paths) = match job.effort {
         Work::Each(effort) => (effort, None),
         Work::Time(time) => {
-            let paths = paths_within(&*estimate, time, 0.05 * time.as_secs_f64(), (width, first, end));
+            let paths = paths_within(&*estimate, time, 0.05 * time.as_secs_f64(), (width, height), (first, end));
             job.notes.add(format!("{paths} paths a pixel; --samples {paths} gives the same picture"));
             (Effort::Paths(paths), Some(paths))
         }
@@ -160,22 +164,54 @@ pub fn render(
         bar.set_style(style);
     }
     let (checkpoint, notes, tally) = (job.checkpoint, job.notes, Tally::default());
-    Ok(Box::new(Rendering { header, width, row: first, end, first, estimate, effort, bar, checkpoint, notes, tally }))
+    let grid = grid(&*estimate, effort, (width, height), NEIGHBOURS);
+    Ok(Box::new(Rendering {
+        header,
+        width,
+        grid,
+        row: first,
+        end,
+        first,
+        estimate,
+        effort,
+        bar,
+        checkpoint,
+        notes,
+        tally,
+    }))
 }
 
-/// Renders neighbours of a row.
-fn shade(estimate: &dyn Estimate, effort: Effort, x: usize, y: usize, count: usize, out: &mut [f32]) -> Tally {
-    let mut probes = [Probe::Pixel { x: 0, y: y as u32 }; NEIGHBOURS];
-    for (i, p) in probes.iter_mut().enumerate() {
-        *p = Probe::Pixel { x: (x + i) as u32, y: y as u32 };
+/// Renders a tile.
+fn shade(estimate: &dyn Estimate, effort: Effort, tile: &Tile) -> (Vec<f32>, Tally) {
+    let mut out = vec![0.0; tile.pixels() * estimate.components()];
+    if let Some(paths) = pooled(estimate, effort) {
+        estimate.tile(tile, paths, &mut out);
+        let pixels = tile.pixels() as u64;
+        return (out, Tally { pixels, paths: pixels * u64::from(paths), ..Tally::default() });
     }
-    Tally::of(&estimate.measure(&probes[..count], effort, out)[..count])
+    let (x, y) = tile.pixel(0);
+    let mut probes = [Probe::Pixel { x, y }; NEIGHBOURS];
+    for (i, p) in probes.iter_mut().enumerate() {
+        *p = Probe::Pixel { x: x + i as u32, y };
+    }
+    let quality = estimate.measure(&probes[..tile.width], effort, &mut out);
+    (out, Tally::of(&quality[..tile.width]))
 }
 
-/// Runs of neighbours that never reach over the end of a row: (x, y, pixels).
-fn runs(width: usize, first: usize, rows: usize) -> Vec<(usize, usize, usize)> {
-    let row = |y: usize| (0..width).step_by(NEIGHBOURS).map(move |x| (x, y, NEIGHBOURS.min(width - x)));
-    (first..first + rows).flat_map(row).collect()
+/// Paths a pixel, where they are pooled: not where each pixel has as many as it needs.
+fn pooled(estimate: &dyn Estimate, effort: Effort) -> Option<u32> {
+    match effort {
+        Effort::Paths(paths) if estimate.pools() => Some(paths),
+        _ => None,
+    }
+}
+
+/// How a picture is cut; where paths are not pooled into runs of at most so many pixels.
+fn grid(estimate: &dyn Estimate, effort: Effort, (width, height): (usize, usize), most: usize) -> Grid {
+    match pooled(estimate, effort) {
+        Some(_) => Grid::of_pools(width, height),
+        None => Grid::of_runs(width, height, most),
+    }
 }
 
 /// As many paths a pixel as fit into the time and share a pixel well, from a trial of some seconds on pixels spread over the picture.
@@ -183,10 +219,13 @@ pub fn paths_within(
     estimate: &dyn Estimate,
     time: Duration,
     trial_s: f64,
-    (width, first, end): (usize, usize, usize),
+    (width, height): (usize, usize),
+    (first, end): (usize, usize),
 ) -> u32 {
     let start = Instant::now();
-    let n = estimate.components();
+    // By itself a pixel is tried alone, so that many places of the picture are.
+    let grid = grid(estimate, Effort::Paths(1), (width, height), 1);
+    let tiles = if grid.tile_rows() > 1 { 2 * rayon::current_num_threads() } else { 64 };
     let pixels = width * (end - first);
     let mut done = 0u64;
     let mut paths = 1;
@@ -194,16 +233,14 @@ pub fn paths_within(
     // A golden-ratio walk comes by all parts of the picture.
     let mut at = 0.5f64;
     while start.elapsed().as_secs_f64() < trial_s || done == 0 {
-        let batch: Vec<usize> = (0..64)
+        let batch: Vec<Tile> = (0..tiles)
             .map(|_| {
                 at = (at + 0.618_033_988_749_894_9).fract();
-                ((at * pixels as f64) as usize).min(pixels - 1)
+                let i = ((at * pixels as f64) as usize).min(pixels - 1);
+                grid.tile(i % width, first + i / width)
             })
             .collect();
-        let one = |i: &usize| {
-            let mut out = vec![0.0; n];
-            shade(estimate, Effort::Paths(paths), i % width, first + i / width, 1, &mut out);
-        };
+        let one = |tile: &Tile| drop(shade(estimate, Effort::Paths(paths), tile));
         let begin = Instant::now();
         if parallel::pool() {
             batch.par_iter().for_each(one)
@@ -211,35 +248,33 @@ pub fn paths_within(
             batch.iter().for_each(one)
         }
         took += begin.elapsed();
-        done += 64 * u64::from(paths);
+        done += batch.iter().map(Tile::pixels).sum::<usize>() as u64 * u64::from(paths);
         paths = (paths * 2).min(64);
     }
     let left = time.saturating_sub(start.elapsed()).as_secs_f64();
     let rate = done as f64 / took.as_secs_f64().max(1e-9);
-    shared_well(((rate * left / pixels as f64) as u32).max(1))
+    shared_well(((rate * left / grid.pixels(first, end) as f64) as u32).max(1))
 }
 
 impl Rendering {
     /// Renders rows into `data`.
     fn fill(&mut self, rows: usize, data: &mut [f32]) {
-        let n = self.header.ncomp;
-        let runs = runs(self.width, self.row, rows);
         let (estimate, effort) = (&*self.estimate, self.effort);
-        let mut pieces = Vec::with_capacity(runs.len());
-        let mut rest = data;
-        for run in runs {
-            let (piece, after) = rest.split_at_mut(run.2 * n);
-            pieces.push((run, piece));
-            rest = after;
-        }
-        let one = |((x, y, count), out): ((usize, usize, usize), &mut [f32])| shade(estimate, effort, x, y, count, out);
+        let tiles = self.grid.cover(self.row, self.row + rows);
+        let one = |tile: &Tile| shade(estimate, effort, tile);
         // Tallies are gathered in order, so that sums do not depend on the threads.
-        let tallies: Vec<Tally> = if parallel::pool() {
-            pieces.into_par_iter().map(one).collect()
-        } else {
-            pieces.into_iter().map(one).collect()
-        };
-        self.tally = tallies.iter().fold(self.tally, |a, b| a.with(b));
+        let done: Vec<(Vec<f32>, Tally)> =
+            if parallel::pool() { tiles.par_iter().map(one).collect() } else { tiles.iter().map(one).collect() };
+        let n = self.header.ncomp;
+        for (tile, (values, tally)) in tiles.iter().zip(&done) {
+            for (y, line) in (tile.y..).zip(values.chunks_exact(tile.width * n)) {
+                if (self.row..self.row + rows).contains(&y) {
+                    let at = (y - self.row) * self.width + tile.x;
+                    data[at * n..][..line.len()].copy_from_slice(line);
+                }
+            }
+            self.tally = self.tally.with(tally);
+        }
     }
 
     fn finish(&mut self) {
@@ -265,8 +300,11 @@ impl Picture for Rendering {
     }
 
     fn next(&mut self, block: &mut Block) -> Result<bool> {
-        let pixels = if self.checkpoint.is_some() { PIXELS_KEPT } else { PIXELS_A_BLOCK };
-        let rows = pixels.div_ceil(self.width).min(self.end - self.row);
+        let runs = if self.checkpoint.is_some() { PIXELS_KEPT } else { PIXELS_A_BLOCK };
+        // As many tiles as there would be runs.
+        let pixels = (runs * self.grid.tile_rows()).min(MOST_VALUES / self.header.ncomp);
+        // A tile is rendered once, if it is not cut by the rows that are asked for.
+        let rows = self.grid.whole(self.row + pixels.div_ceil(self.width), self.end) - self.row;
         let n = self.header.ncomp;
         block.rows = rows;
         block.data.resize(rows * self.width * n, 0.0);

@@ -66,6 +66,17 @@ impl Sampler {
         [0, 1, 2].map(|i| [out[i], out[i + 4]])
     }
 
+    /// Brings things into an order of the sample's own, another for another `salt`; each is as likely as the others.
+    pub fn shuffle<T>(&self, salt: u32, things: &mut [T]) {
+        let mut lot = hash(self.seed ^ hash(self.reversed ^ hash(salt)));
+        for last in (1..things.len()).rev() {
+            lot = hash(lot.wrapping_add(0x9e37_79b9));
+            // The high half of the product: a number in 0..=last.
+            let chosen = (u64::from(lot) * (last as u64 + 1)) >> 32;
+            things.swap(last, chosen as usize);
+        }
+    }
+
     #[inline(always)]
     fn of_pair(&self, pair: u32) -> u32 {
         hash(self.seed.wrapping_add(pair.wrapping_mul(0x9e37_79b9)))

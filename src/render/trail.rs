@@ -29,6 +29,8 @@ enum Step {
     Depolarise,
     /// All that is noted after this falls on a fluorescent surface.
     Reradiate(u32),
+    /// What other paths found joins here ([`crate::render::pool`]).
+    Pooled,
     /// Several branches start here.
     Fork,
     /// One of them.
@@ -70,6 +72,11 @@ impl Trail {
     /// Nothing happened.
     pub fn is_empty(&self) -> bool {
         self.steps.is_empty()
+    }
+
+    /// Light joins it.
+    pub fn is_lit(&self) -> bool {
+        self.steps.iter().any(|s| matches!(s, Step::Light { .. } | Step::Stored { .. }))
     }
 
     /// Forgets what came after the first `len` notes.
@@ -144,6 +151,11 @@ impl Trail {
         self.steps.push(Step::Stored { row, weight });
     }
 
+    /// What other paths found joins.
+    pub fn pooled(&mut self) {
+        self.steps.push(Step::Pooled);
+    }
+
     /// The path splits: [`Trail::branch`] starts each of its branches.
     pub fn fork(&mut self) {
         self.steps.push(Step::Fork);
@@ -177,8 +189,9 @@ impl<const G: usize, B> Default for Arrived<G, B> {
     }
 }
 
+/// The beam of a light in a list, which it joins where it is not there yet.
 #[inline(always)]
-fn find<const G: usize, B: Beam<G>>(among: &mut Vec<(u32, B)>, light: u32) -> &mut B {
+pub fn find<const G: usize, B: Beam<G>>(among: &mut Vec<(u32, B)>, light: u32) -> &mut B {
     find_from(among, 0, light)
 }
 
@@ -195,6 +208,18 @@ impl<const G: usize, B: Beam<G>> Arrived<G, B> {
     /// Follows a trail back to the eye. Returns the number of each light that has come, and its factors.
     #[inline(always)]
     pub fn follow(&mut self, trail: &Trail, inks: &Inks<G>, stored: &Stored) -> &[(u32, B)] {
+        self.follow_pooled(trail, inks, stored, &[])
+    }
+
+    /// The same of a trail that other paths' light joins, which is this.
+    #[inline(always)]
+    pub fn follow_pooled(
+        &mut self,
+        trail: &Trail,
+        inks: &Inks<G>,
+        stored: &Stored,
+        pooled: &[(u32, B)],
+    ) -> &[(u32, B)] {
         self.here.clear();
         self.joined.clear();
         self.forks.clear();
@@ -226,6 +251,11 @@ impl<const G: usize, B: Beam<G>> Arrived<G, B> {
                 }
                 Step::Depolarise => self.here.iter_mut().for_each(|(_, beam)| beam.depolarise()),
                 Step::Reradiate(ink) => self.reradiate(*ink, inks),
+                Step::Pooled => {
+                    for (light, beam) in pooled {
+                        find(&mut self.here, *light).add_scaled(beam, 1.0);
+                    }
+                }
                 Step::Branch => {
                     let from = self.forks.last().copied().unwrap_or(0);
                     for (light, beam) in self.here.drain(..) {

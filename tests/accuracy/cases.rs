@@ -127,7 +127,7 @@ impl How {
     /// With more or less work: `effort` is 32 and more.
     fn choice(self, max_bounces: u32, effort: u32, seed: u32) -> Choice {
         match self {
-            How::Path => Choice::Path(path::Options { max_bounces, split: 1 }),
+            How::Path => Choice::Path(path::Options { max_bounces, split: 1, pool: false }),
             How::Local => {
                 Choice::Local(local::Options { ambient: local::Term::Balance, shadows: true, reflections: true })
             }

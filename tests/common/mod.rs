@@ -41,7 +41,11 @@ pub fn job(scene: &Scene, bands: usize, samples: u32, seed: u32) -> Job {
     };
     Job {
         quantity,
-        method: Choice::Path(path::Options { max_bounces: scene.max_bounces.unwrap_or(u32::MAX), split: 1 }),
+        method: Choice::Path(path::Options {
+            max_bounces: scene.max_bounces.unwrap_or(u32::MAX),
+            split: 1,
+            pool: false,
+        }),
         effort: Work::Each(Effort::Paths(samples)),
         rows: (0, scene.camera.as_ref().unwrap().height),
         progress: false,

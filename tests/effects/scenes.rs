@@ -10,7 +10,7 @@ use luxpipe::scene::{Scene, load};
 use luxpipe::spectral::Sampling;
 
 /// Path tracing to the end.
-pub const PATH: Choice = Choice::Path(path::Options { max_bounces: u32::MAX, split: 4 });
+pub const PATH: Choice = Choice::Path(path::Options { max_bounces: u32::MAX, split: 4, pool: false });
 
 /// A scene from its text.
 pub fn scene(text: &str) -> Arc<Scene> {

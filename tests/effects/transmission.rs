@@ -48,7 +48,7 @@ fn a_prism_turns_each_wavelength_by_its_own_angle() {
         // A sun of 0.004 degrees: within 0.002 of its middle or dark.
         let scene = scene(&prism(way_out, 0.004));
         // Two boundaries and no more: what goes around in the prism may leave it by the same way at any wavelength.
-        let through = Choice::Path(path::Options { max_bounces: 2, split: 4 });
+        let through = Choice::Path(path::Options { max_bounces: 2, split: 4, pool: false });
         let seen = |sampling: &Sampling, paths| {
             measured(&scene, sampling, What::Spectrum, &through, &ray(&scene, from, way_in), paths)
         };

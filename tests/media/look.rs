@@ -12,7 +12,7 @@ use luxpipe::scene::{Scene, load};
 use luxpipe::spectral::Sampling;
 use rayon::prelude::*;
 
-pub const PATH: Choice = Choice::Path(path::Options { max_bounces: u32::MAX, split: 1 });
+pub const PATH: Choice = Choice::Path(path::Options { max_bounces: u32::MAX, split: 1, pool: false });
 
 /// A scene with a method.
 pub struct Look {

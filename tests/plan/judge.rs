@@ -34,7 +34,7 @@ fn picture(text: &str, few: Option<&Arc<Few>>, paths: u32, max_bounces: Option<u
         job.quantity = few.clone().quantity(job.quantity.seed).unwrap();
     }
     if let Some(max_bounces) = max_bounces {
-        job.method = Choice::Path(path::Options { max_bounces, split: 1 });
+        job.method = Choice::Path(path::Options { max_bounces, split: 1, pool: false });
     }
     common::rendered(scene, job).chunks_exact(3).map(|p| [0, 1, 2].map(|c| f64::from(p[c]))).collect()
 }

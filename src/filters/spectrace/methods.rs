@@ -15,7 +15,7 @@ impl Spectrace {
         let plain = Spectrace::default();
         let march = self.step != plain.step;
         let zonal = self.zones != plain.zones;
-        let path = (self.max_bounces, self.split) != (plain.max_bounces, plain.split);
+        let path = (self.max_bounces, self.split, self.no_pool) != (plain.max_bounces, plain.split, false);
         let local = (self.ambient, self.no_shadows, self.no_reflections) != (plain.ambient, false, false);
         let radiosity = (self.mesh_error, self.divide) != (plain.mesh_error, None);
         let rays = self.element_rays != plain.element_rays;
@@ -24,7 +24,7 @@ impl Spectrace {
         let memory = self.solver_memory != plain.solver_memory;
         use Solver::{Local, March, Path, Photon, Radiosity, Zonal};
         let strangers: [(bool, &[Solver], &str); 9] = [
-            (path, &[Path], "--max-bounces and --split go with --method path"),
+            (path, &[Path], "--max-bounces, --split and --no-pool go with --method path"),
             (local, &[Local], "--ambient, --no-shadows and --no-reflections go with --method local"),
             (radiosity, &[Radiosity], "--mesh-error and --divide go with --method radiosity"),
             (rays, &[Radiosity, Zonal], "--element-rays goes with --method radiosity or zonal"),
@@ -40,7 +40,7 @@ impl Spectrace {
         Ok(match self.method {
             Solver::Path => {
                 let max_bounces = self.max_bounces.unwrap_or(u32::MAX).min(scene.max_bounces.unwrap_or(u32::MAX));
-                Choice::Path(path::Options { max_bounces, split: self.split })
+                Choice::Path(path::Options { max_bounces, split: self.split, pool: !self.no_pool })
             }
             Solver::Local => {
                 let (shadows, reflections) = (!self.no_shadows, !self.no_reflections);

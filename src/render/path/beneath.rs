@@ -9,7 +9,8 @@ use crate::optics::dipole::Dipole;
 use crate::render::inks::Outline;
 use crate::render::lanes::{self, GROUP};
 use crate::render::meeting::Meeting;
-use crate::render::path::{Beside, State, Tracer};
+use crate::render::path::Tracer;
+use crate::render::path::state::{Beside, State};
 use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
 use crate::scene::{Hit, Scene, ray};
@@ -108,7 +109,15 @@ impl<E: Beside> Tracer<'_, E> {
         let (_, shading) = scene.site(met, true);
         let (x, y) = ray::frame(shading);
         let axes = [x, y, shading];
-        Some(Meeting { side: met.normal, point: met.point, reach: met.reach, axes, out: Vec3A::Z, interior: None })
+        Some(Meeting {
+            side: met.normal,
+            point: met.point,
+            reach: met.reach,
+            axes,
+            out: Vec3A::Z,
+            matt: false,
+            interior: None,
+        })
     }
 }
 

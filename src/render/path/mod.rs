@@ -8,6 +8,8 @@
 //! where polarization counts, the frame of its Stokes vectors ([`plane`]). All that is compiled apart: other scenes have none of it.
 
 mod beneath;
+mod pooled;
+mod state;
 mod volume;
 
 use std::marker::PhantomData;
@@ -28,11 +30,13 @@ use crate::render::media::{Bodies, Lots};
 use crate::render::meeting::Meeting;
 use crate::render::method::Method;
 use crate::render::plane;
+use crate::render::pool::Pool;
 use crate::render::sampler::Sampler;
 use crate::render::trail::Trail;
 use crate::scene::light::Lamp;
 use crate::scene::{Hit, Scene, ray};
 use beneath::Dipoles;
+use state::{Beside, Known, State, Way};
 use volume::Passed;
 
 /// From this bounce on a path may end by lot, with a chance to go on of this times what it carries: measured on the Cornell
@@ -61,6 +65,8 @@ pub struct Options {
     /// Paths that go on from the first surface that the eye sees, and looks at its lamps, from 1: most of what makes a picture
     /// noisy comes after it.
     pub split: u32,
+    /// Paths of neighbouring pixels are pooled ([`crate::render::pool`]).
+    pub pool: bool,
 }
 
 /// Path tracing of a scene.
@@ -108,7 +114,7 @@ impl PathTracing {
     }
 
     fn tracer<E: Beside>(&self) -> Tracer<'_, E> {
-        let PathTracing { scene, outline, options: Options { max_bounces, split }, comb, .. } = self;
+        let PathTracing { scene, outline, options: Options { max_bounces, split, .. }, comb, .. } = self;
         let (max_bounces, split, polarised) = (*max_bounces, *split, self.polarised);
         let (rates, by_phase, dipoles) = (&self.rates, &self.by_phase, &self.dipoles);
         let (eye, endless) = (self.eye, &self.endless);
@@ -130,6 +136,15 @@ impl PathTracing {
 }
 
 impl Method for PathTracing {
+    fn pools(&self) -> bool {
+        // A lamp that a head's own path meets is its alone: only what surfaces send on is pooled.
+        self.options.pool && self.options.max_bounces > 1 && !self.has_effects()
+    }
+
+    fn pooled(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail, pool: &mut Pool) {
+        self.tracer::<()>().pooled(origin, direction, sampler, trail, pool);
+    }
+
     fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         if self.has_effects() {
             self.tracer::<Known>().radiance(origin, direction, sampler, trail);
@@ -173,87 +188,6 @@ struct Tracer<'a, E> {
     beside: PhantomData<E>,
 }
 
-/// What a path knows beside; nothing where there are no effects.
-trait Beside: Copy {
-    /// There are.
-    const EFFECTS: bool;
-
-    /// At its start.
-    fn new(nm: Option<f32>, from: Vec3A, frame: Vec3A, inside: impl FnOnce() -> (Inside, Lots)) -> Self;
-
-    /// What it knows.
-    fn known(&mut self) -> Option<&mut Known>;
-}
-
-impl Beside for () {
-    const EFFECTS: bool = false;
-
-    fn new(_: Option<f32>, _: Vec3A, _: Vec3A, _: impl FnOnce() -> (Inside, Lots)) {}
-
-    fn known(&mut self) -> Option<&mut Known> {
-        None
-    }
-}
-
-impl Beside for Known {
-    const EFFECTS: bool = true;
-
-    fn new(nm: Option<f32>, from: Vec3A, frame: Vec3A, inside: impl FnOnce() -> (Inside, Lots)) -> Known {
-        let (inside, lots) = inside();
-        Known { nm, inside, from, lots, ways: 0, scatterings: 0, frame }
-    }
-
-    fn known(&mut self) -> Option<&mut Known> {
-        Some(self)
-    }
-}
-
-/// What a path knows besides where there are effects.
-#[derive(Clone, Copy)]
-struct Known {
-    /// The only wavelength that says where it goes, nm; all of them do until it splits.
-    nm: Option<f32>,
-    /// The bodies that it is in.
-    inside: Inside,
-    /// Where its way began, on the surface itself.
-    from: Vec3A,
-    /// For null collisions.
-    lots: Lots,
-    /// Ways through media so far.
-    ways: u32,
-    /// Bounces that were none of a surface.
-    scatterings: u32,
-    /// Axis of the Stokes vectors of light that comes against its way.
-    frame: Vec3A,
-}
-
-/// A path on its way.
-#[derive(Clone)]
-struct State<E> {
-    origin: Vec3A,
-    direction: Vec3A,
-    way: Way,
-    bounce: u32,
-    /// Factor of all wavelengths, kept apart: what is the same for all of them is multiplied once.
-    weight: f32,
-    /// What it would carry on white surfaces.
-    share: f32,
-    /// What the tints have left of each eighth of the wavelengths.
-    outline: Lanes<1>,
-    beside: E,
-}
-
-/// How a path came by its direction.
-#[derive(Clone, Copy)]
-enum Way {
-    /// From the eye or a mirror: no lamp was aimed at.
-    Straight,
-    /// By a lobe with a density, 1/sr, where lamps were aimed at too.
-    Lobe { pdf: f32, from: Vec3A, normal: Vec3A },
-    /// Scattered: lamps that lie there have been found from the way before.
-    Scattered,
-}
-
 impl<'a, E: Beside> Tracer<'a, E> {
     fn start(&self, (origin, direction): (Vec3A, Vec3A), way: Way, frame: Vec3A, sampler: &Sampler) -> State<E> {
         let inside = || match self.eye {
@@ -269,24 +203,31 @@ impl<'a, E: Beside> Tracer<'a, E> {
     fn radiance(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler, trail: &mut Trail) {
         let mut state = self.start((origin, direction), Way::Straight, trail.frame, sampler);
         let Some((meeting, lobe)) = self.arrive(&mut state, sampler, trail) else { return };
-        if let Some(parts) = self.parts(&mut state, &meeting, &lobe, sampler) {
-            return self.go_apart(&state, &meeting, &lobe, &parts, sampler, trail);
+        self.beyond_first(state, &meeting, &lobe, sampler, trail);
+    }
+
+    /// From the first surface on.
+    fn beyond_first(&self, mut state: State<E>, meeting: &Meeting, lobe: &Lobe, sampler: &Sampler, trail: &mut Trail) {
+        if let Some(parts) = self.parts(&mut state, meeting, lobe, sampler) {
+            return self.go_apart(&state, meeting, lobe, &parts, sampler, trail);
         }
         if self.split == 1 || lobe.kernel.is_specular() {
-            if self.go_on(&mut state, &meeting, &lobe, sampler, trail) {
-                self.follow(state, sampler, trail);
-            }
-            return;
+            return self.go(state, meeting, lobe, sampler, trail);
         }
         state.share = 1.0 / self.split as f32;
         state.weight *= state.share;
         trail.fork();
         for k in 0..self.split {
-            let (mut state, sampler) = (state.clone(), sampler.branch(k, self.split));
             trail.branch();
-            if self.go_on(&mut state, &meeting, &lobe, &sampler, trail) {
-                self.follow(state, &sampler, trail);
-            }
+            self.go(state.clone(), meeting, lobe, &sampler.branch(k, self.split), trail);
+        }
+    }
+
+    /// Leaves a surface and follows the path to its end.
+    #[inline(always)]
+    fn go(&self, mut state: State<E>, meeting: &Meeting, lobe: &Lobe, sampler: &Sampler, trail: &mut Trail) {
+        if self.go_on(&mut state, meeting, lobe, sampler, trail) {
+            self.follow(state, sampler, trail);
         }
     }
 
@@ -410,8 +351,12 @@ impl<'a, E: Beside> Tracer<'a, E> {
             meeting.interior = material.interior().map(|medium| (medium, front));
         }
         let lobe = match material.only(&site) {
-            Some(lobe) => lobe,
+            Some(lobe) => {
+                meeting.matt &= lobe.kernel.is_matt() && !lobe.kernel.transmits();
+                lobe
+            }
             None => {
+                meeting.matt = false;
                 let mut lobes = Lobes::default();
                 material.lobes(&site, meeting.out, &mut lobes);
                 let lot = if lobes.len() > 1 { sampler.pair(pair)[0] } else { 0.0 };
@@ -495,6 +440,19 @@ impl<'a, E: Beside> Tracer<'a, E> {
             });
             self.direct().look(meeting, lobe, state.weight, for_lamp, beside, trail);
         }
+        self.turn(state, meeting, lobe, (lots[1], for_turn), trail)
+    }
+
+    /// Leaves a surface along a lobe; false where the path ends by lot or has nowhere to go.
+    #[inline(always)]
+    fn turn(
+        &self,
+        state: &mut State<E>,
+        meeting: &Meeting,
+        lobe: &Lobe,
+        (lot, for_turn): (f32, [f32; 2]),
+        trail: &mut Trail,
+    ) -> bool {
         let Some(turn) = lobe.kernel.sample(meeting.out, for_turn) else { return false };
         if lobe.tint.turns() {
             self.tint(state, &lobe.tint.turned(meeting.out, turn.inc), trail);
@@ -517,7 +475,7 @@ impl<'a, E: Beside> Tracer<'a, E> {
         // Chains of mirrors are short as a rule, and what comes at their end is worth its price.
         let from = if lobe.kernel.is_specular() { MIRRORS } else { ROULETTE_FROM };
         if state.bounce >= from && odds < 1.0 {
-            if lots[1] >= odds {
+            if lot >= odds {
                 return false;
             }
             state.weight /= odds;
