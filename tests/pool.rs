@@ -124,11 +124,13 @@ fn blocks(name: &str, first: u32, pool: bool) -> Blocks {
     Blocks { mean, variance, noise }
 }
 
-/// Matt rooms, panes and mirrors, gloss, smooth normals, many lamps, the sky: each block's mean is that of paths alone within what their
-/// noise allows, and no block lies far off. A z of few seeds is wider than a normal one (Student's t, 18 degrees of freedom).
+/// Matt rooms, gloss, panes and the sky, smooth normals: each block's mean is that of paths alone within what their noise allows, and no block
+/// lies far off. A z of few seeds is wider than a normal one (Student's t, 18 degrees of freedom). In matt rooms pools leave less
+/// noise, which is what they are for.
 #[test]
 fn pooled_light_is_the_light_of_paths_alone() {
-    for name in ["cornell.toml", "glossy.toml", "room-c.toml", "tower.toml", "materials.toml", "ball"] {
+    let most = [("cornell.toml", 0.75), ("room-c.toml", 0.4), ("glossy.toml", 2.0), ("tower.toml", 2.0), ("ball", 2.0)];
+    for (name, most) in most {
         let (alone, pooled) = (blocks(name, 0, false), blocks(name, 1000, true));
         let (mut squares, mut count, mut worst) = (0.0, 0.0, 0f64);
         for i in 0..alone.mean.len() {
@@ -138,25 +140,12 @@ fn pooled_light_is_the_light_of_paths_alone() {
                 (squares, count, worst) = (squares + z2, count + 1.0, worst.max(z2.sqrt()));
             }
         }
+        let (z2, noise) = (squares / count, pooled.noise / alone.noise);
         let sums = [&alone, &pooled].map(|b| b.mean.iter().sum::<f64>());
-        println!(
-            "{name}: mean z2 {:.2}, worst z {worst:.1}, mean off by {:.1e}, variance of a pixel {:.2}",
-            squares / count,
-            sums[1] / sums[0] - 1.0,
-            pooled.noise / alone.noise
-        );
-        assert!(squares / count < 1.6 && worst < 6.0, "{name}: mean z2 {}, worst z {worst}", squares / count);
-    }
-}
-
-/// That is what it is for.
-#[test]
-fn pools_leave_less_noise_in_matt_rooms() {
-    for (name, most) in [("cornell.toml", 0.75), ("room-c.toml", 0.4)] {
-        let (alone, pooled) = (blocks(name, 0, false), blocks(name, 0, true));
-        let ratio = pooled.noise / alone.noise;
-        println!("{name}: {ratio:.3} of the variance");
-        assert!(ratio < most, "{name}: {ratio} of the variance");
+        let off = sums[1] / sums[0] - 1.0;
+        println!("{name}: mean z2 {z2:.2}, worst z {worst:.1}, mean off by {off:.1e}, variance of a pixel {noise:.2}");
+        assert!(z2 < 1.6 && worst < 6.0, "{name}: mean z2 {z2}, worst z {worst}");
+        assert!(noise < most, "{name}: {noise} of the variance");
     }
 }
 

@@ -332,19 +332,21 @@ struct Estimator<const G: usize, F, B> {
     beam: PhantomData<fn() -> B>,
 }
 
-/// Room to work in.
+/// Room to work in, for one path or those of a pool.
 struct Desk<const G: usize, B> {
-    trail: Trail,
+    pool: Pool,
+    /// Of each member.
+    trails: [Trail; MEMBERS],
+    /// What it has of the pool's tails.
+    pooled: [Vec<(u32, B)>; MEMBERS],
     arrived: Arrived<G, B>,
 }
 
-/// Room for a pool to work in.
-struct Crew<const G: usize, B> {
-    pool: Pool,
-    trails: [Trail; MEMBERS],
-    /// What each member has of its tails.
-    pooled: [Vec<(u32, B)>; MEMBERS],
-    arrived: Arrived<G, B>,
+impl<const G: usize, B> Default for Desk<G, B> {
+    fn default() -> Self {
+        let pooled = std::array::from_fn(|_| Vec::new());
+        Desk { pool: Pool::default(), trails: Default::default(), pooled, arrived: Arrived::default() }
+    }
 }
 
 impl<const G: usize, F: Film<G>, B: Beam<G>> Estimator<G, F, B> {
@@ -352,52 +354,51 @@ impl<const G: usize, F: Film<G>, B: Beam<G>> Estimator<G, F, B> {
     fn add(&self, probe: &Probe, (from, to): (u32, u32), sums: &mut [F::Pixel], desk: &mut Desk<G, B>) {
         for (replicate, sum) in sums.iter_mut().enumerate() {
             for index in from..to {
-                desk.trail.clear();
-                self.paths.trace(probe, index, replicate as u32, &mut desk.trail);
-                self.expose(desk, sum);
+                desk.trails[0].clear();
+                self.paths.trace(probe, index, replicate as u32, &mut desk.trails[0]);
+                self.expose(desk, &[0], std::slice::from_mut(sum));
             }
         }
     }
 
     /// One path of each member, pooled.
-    fn together(&self, tile: &Tile, members: &[usize], index: u32, sums: &mut [F::Pixel], crew: &mut Crew<G, B>) {
-        let stored = self.paths.method.stored();
-        let Crew { pool, trails, pooled, arrived } = crew;
-        pool.clear();
-        for (m, trail) in members.iter().zip(&mut *trails) {
+    fn together(&self, tile: &Tile, members: &[usize], index: u32, sums: &mut [F::Pixel], desk: &mut Desk<G, B>) {
+        desk.pool.clear();
+        for (m, trail) in members.iter().zip(&mut desk.trails) {
             trail.clear();
-            pool.enter();
-            self.paths.pool(tile.pixel(*m), index, trail, pool);
+            desk.pool.enter();
+            self.paths.pool(tile.pixel(*m), index, trail, &mut desk.pool);
         }
-        pool.connect(&self.paths.scene.geometry);
+        desk.pool.connect(&self.paths.scene.geometry);
+        self.expose(desk, members, sums);
+    }
+
+    /// Adds what the trails of some members bring to their sums; before that what the tails of their pool bring to each.
+    fn expose(&self, desk: &mut Desk<G, B>, members: &[usize], sums: &mut [F::Pixel]) {
+        let stored = self.paths.method.stored();
+        let Desk { pool, trails, pooled, arrived } = desk;
+        let tails = pool.tails();
         simd::wide(
             #[inline(always)]
             || {
-                for tail in pool.tails() {
-                    let found = arrived.follow(&tail.trail, &self.inks, stored);
+                // One loop for both: a trail is followed in one place, which takes long to compile.
+                for i in 0..tails.len() + members.len() {
+                    let tail = tails.get(i);
+                    let m = i - tails.len().min(i);
+                    let (trail, more) = tail.map_or((&trails[m], &pooled[m][..]), |t| (&t.trail, &[][..]));
+                    let found = arrived.follow_pooled(trail, &self.inks, stored, more);
+                    let Some(tail) = tail else {
+                        for (light, factors) in found {
+                            self.film.expose(&mut sums[members[m]], *light, factors);
+                        }
+                        pooled[m].clear();
+                        continue;
+                    };
                     for (sums, weight) in pooled.iter_mut().zip(&tail.weights).filter(|p| *p.1 > 0.0) {
                         for (light, beam) in found {
                             find(sums, *light).add_scaled(beam, *weight);
                         }
                     }
-                }
-                for ((m, trail), pooled) in members.iter().zip(trails).zip(&mut *pooled) {
-                    for (light, factors) in arrived.follow_pooled(trail, &self.inks, stored, pooled) {
-                        self.film.expose(&mut sums[*m], *light, factors);
-                    }
-                    pooled.clear();
-                }
-            },
-        );
-    }
-
-    fn expose(&self, desk: &mut Desk<G, B>, sum: &mut F::Pixel) {
-        let stored = self.paths.method.stored();
-        simd::wide(
-            #[inline(always)]
-            || {
-                for (light, factors) in desk.arrived.follow(&desk.trail, &self.inks, stored) {
-                    self.film.expose(sum, *light, factors);
                 }
             },
         );
@@ -431,19 +432,14 @@ impl<const G: usize, F: Film<G>, B: Beam<G>> Estimate for Estimator<G, F, B> {
     }
 
     fn tile(&self, tile: &Tile, paths: u32, out: &mut [f32]) {
-        let mut crew = Crew::<G, B> {
-            pool: Pool::default(),
-            trails: Default::default(),
-            pooled: std::array::from_fn(|_| Vec::new()),
-            arrived: Arrived::default(),
-        };
+        let mut desk = Desk::<G, B>::default();
         let mut sums = vec![self.film.black(); tile.pixels()];
         let mut deal = Deal::default();
         for index in 0..paths {
             let sampler = Sampler::new(tile.x as u32, tile.y as u32, index, self.paths.seed ^ POOLS);
             tile.deal(&sampler, &mut deal);
             for members in deal.pools() {
-                self.together(tile, members, index, &mut sums, &mut crew);
+                self.together(tile, members, index, &mut sums, &mut desk);
             }
         }
         for (sum, out) in sums.iter().zip(out.chunks_exact_mut(self.film.components())) {
@@ -454,7 +450,7 @@ impl<const G: usize, F: Film<G>, B: Beam<G>> Estimate for Estimator<G, F, B> {
     fn measure(&self, probes: &[Probe], effort: Effort, out: &mut [f32]) -> [Quality; NEIGHBOURS] {
         let mut quality = [Quality::default(); NEIGHBOURS];
         let n = self.film.components();
-        let mut desk = Desk::<G, B> { trail: Trail::default(), arrived: Arrived::default() };
+        let mut desk = Desk::<G, B>::default();
         let (target, most) = match effort {
             Effort::Paths(paths) => {
                 for ((probe, out), quality) in probes.iter().zip(out.chunks_exact_mut(n)).zip(&mut quality) {

@@ -5,7 +5,9 @@
 //! at a matt surface, the light that leaves that place x is the same towards all heads: a tail. Each head m might have found
 //! it, with a density over its area of
 //!
-//!     p_m(x) = cos_m cos_x / (pi r_m^2)
+//! ```text
+//! p_m(x) = cos_m cos_x / (pi r_m^2)
+//! ```
 //!
 //! where it sees x, and by the balance heuristic takes p_m / sum p_j of it [Veach 1997]: never more than its own path alone would give
 //! it. A tail costs several rays and its spectra; a connection one ray that is asked only whether it is open.
