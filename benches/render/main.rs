@@ -52,11 +52,13 @@ fn main() -> std::io::Result<()> {
         println!("without Mitsuba: MITSUBA_PYTHON names no Python that has it");
     }
     println!("\n{:<58} {:>10} {:>10}", "", "value", "wanted");
+    if wanted("mesh") || wanted("pools") {
+        shapes::write(&shapes::meshes(&programs.root.join("scenes/mesh"))?, &programs.root.join("out/mesh"))?;
+    }
     if wanted("cornell") {
         at_equal_time(&programs, "cornell")?;
     }
     if wanted("mesh") {
-        shapes::write(&shapes::meshes(&programs.root.join("scenes/mesh"))?, &programs.root.join("out/mesh"))?;
         at_equal_time(&programs, "mesh")?;
     }
     if wanted("fog") {
@@ -69,7 +71,6 @@ fn main() -> std::io::Result<()> {
         cost(&programs);
     }
     if wanted("pools") {
-        shapes::write(&shapes::meshes(&programs.root.join("scenes/mesh"))?, &programs.root.join("out/mesh"))?;
         pools(&programs);
     }
     Ok(())
